@@ -3,7 +3,8 @@
 A tool that approaches a surface with an uncertain position moves until it feels a force (the guarded move of
 Will and Grossman, IEEE Transactions on Computers, 1975). The robot senses the force by its motor torques, as
 in ``supervision``. Bellows comply, so a touch alone is no reason to stop; the force and the remaining
-distance predict how far they will be compressed at the end of the contact.
+way to the end of the contact, relative to the belt if the item rides on one, predict how far they will be
+compressed. Both change, their sum does not, so it is averaged since the touch.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
+from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
@@ -19,8 +21,11 @@ from pickcli.simulation.supervision import FILTER_TIME, TORQUE_NOISE, ExternalTo
 from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import World
 
-AVERAGE_TIME = 0.01  # s over which the force is averaged, after the filter of the torques
-CERTAIN_DEVIATIONS = 4.5  # standard deviations of the averaged force above which it is not noise
+AVERAGE_TIME = 0.01  # s over which the force of a touch is averaged, after the filter of the torques
+CERTAIN_DEVIATIONS = 4.5  # standard deviations of an averaged force above which it is not noise
+UNCERTAIN_DEVIATIONS = (
+    2.0  # standard deviations of a predicted compression that it must be over what is allowed
+)
 LEAST_LEFT = 1e-3  # m left of the contact below which a stop would make no difference
 
 
@@ -38,36 +43,67 @@ class ContactGuard:
         self._world, self._arm, self._plan, self._external = world, arm, plan, external
         self._thresholds = Thresholds()
         self._motor_forces = np.array([world.robot.motor_forces[name] for name in world.robot.joint_names])
-        # Noise of each motor's averaged torque, as a share of its largest: white noise after two filters.
-        self._noise = (
-            TORQUE_NOISE / np.sqrt(3.0) * np.sqrt(world.time_step / 2 / (FILTER_TIME + AVERAGE_TIME))
-        )
-        self._force = 0.0  # N at the tool, averaged
+        self._white = TORQUE_NOISE / np.sqrt(3.0)  # noise of each torque, as a share of its largest
+        self._following = _axis_along_belt(plan, world)
         self._end: tuple[Segment, Array] | None = None  # the last contact, and its tip pose at the end
+        self._forget()
 
-    def update(self, segment: Segment) -> ProtectiveStop | None:
+    def _forget(self) -> None:
+        """Begin a new contact."""
+        self._force = 0.0  # N at the tool, averaged
+        self._n_pressed, self._pressed = 0, 0.0  # steps since the touch, and mean of the prediction, m
+
+    def update(self, segment: Segment, t_plan: float) -> ProtectiveStop | None:
         """Decide after a step whether the bellows would be compressed too far at the end of the contact.
 
         Args:
             segment: The current segment.
+            t_plan: s of the plan where the robot is.
 
         Returns:
             The required stop, or None.
         """
         world, grip = self._world, self._world.robot.tool.grip
         if segment.kind is not SegmentKind.CONTACT or grip.gives_way == 0.0:
-            self._force = 0.0
+            self._forget()
             return None
         tip = self._arm.tip(world.q, segment.tool_state)
         force, noise = self._force_along(tip[:3, 2], segment)
         self._force += world.time_step / AVERAGE_TIME * (force - self._force)
-        left = float((self._tip_at_end(segment) - tip)[:3, 3] @ tip[:3, 2])
-        if self._force < max(self._thresholds.touch, CERTAIN_DEVIATIONS * noise) or left < LEAST_LEFT:
+        left = float(self._way_left(segment, tip, t_plan) @ tip[:3, 2])
+        if left < LEAST_LEFT:
             return None
-        pressed, most = self._force / grip.stiffness + left, self._thresholds.bellows * grip.gives_way
-        if pressed <= most:
+        touch = max(self._thresholds.touch, CERTAIN_DEVIATIONS * noise * self._noise_share(AVERAGE_TIME))
+        if self._n_pressed == 0 and self._force < touch:
             return None
-        return ProtectiveStop(StopCause.EARLY_CONTACT, "bellows", pressed, most, "m", world.t)
+        self._n_pressed += 1
+        self._pressed += (force / grip.stiffness + left - self._pressed) / self._n_pressed
+        share = self._noise_share(world.time_step * self._n_pressed / 2)
+        uncertain = UNCERTAIN_DEVIATIONS * noise * share / grip.stiffness
+        most = self._thresholds.bellows * grip.gives_way + uncertain
+        if self._pressed <= most:
+            return None
+        return ProtectiveStop(StopCause.EARLY_CONTACT, "bellows", self._pressed, most, "m", world.t)
+
+    def _noise_share(self, average_time: float) -> float:
+        """Noise of a torque after its filter and a second one (s), by that of one reading: it is white.
+
+        A mean over a time has the noise of a filter of half of it.
+        """
+        return float(np.sqrt(self._world.time_step / 2 / (FILTER_TIME + average_time)))
+
+    def _way_left(self, segment: Segment, tip: Array, t_plan: float) -> Array:
+        """Way (3,) in m from the tool (4, 4) to where it is at the end of a contact, relative to the item.
+
+        An axis that follows a belt takes the tool along with the item: a leaning cup comes no deeper by it.
+        """
+        way = np.asarray((self._tip_at_end(segment) - tip)[:3, 3])
+        tracking = self._plan.tracking
+        if tracking is None or self._following is None:
+            return way
+        axis, sign, along = self._following
+        ahead = sign * float(self._world.q[axis] - self._plan.trajectory.sample(t_plan)[0][axis])
+        return np.asarray(way + (ahead - tracking.speed * (segment.t_end - t_plan)) * along)
 
     def _tip_at_end(self, segment: Segment) -> Array:
         """Tool frame (4, 4) at the end of a contact; cached."""
@@ -77,12 +113,22 @@ class ContactGuard:
         return self._end[1]
 
     def _force_along(self, axis: Array, segment: Segment) -> tuple[float, float]:
-        """Force in N with which the tool presses along an axis (3,), and the noise of its average.
+        """Force in N with which the tool presses along an axis (3,), and its noise by that of one torque.
 
-        Weighted least squares: each motor's noise is the same share of its largest torque.
+        Weighted least squares of a force in any direction: each motor's noise is the same share of its
+        largest torque. The lip rubs on the face; a force along the axis alone would take that for pressing.
         """
         jacobian = self._arm.jacobian(self._world.q, segment.tool_state)[:3]
-        per_newton = axis @ jacobian / self._motor_forces
-        certainty = float(per_newton @ per_newton)
-        force = float(per_newton @ (self._external.value / self._motor_forces)) / certainty
-        return force, float(self._noise / np.sqrt(certainty))
+        per_newton = jacobian / self._motor_forces
+        by_force = np.linalg.pinv(per_newton @ per_newton.T) @ axis
+        force = float(by_force @ per_newton @ (self._external.value / self._motor_forces))
+        return force, self._white * float(np.sqrt(by_force @ axis))
+
+
+def _axis_along_belt(plan: Plan, world: World) -> tuple[int, float, Array] | None:
+    """Index of the joint that follows the belt, its sign, and the belt's direction (3,); None without one."""
+    if plan.tracking is None:
+        return None
+    along = world.cell.carriers[plan.tracking.conveyor].T_world_carrier[:3, 0]
+    found = linear_axis(world.robot, along)
+    return None if found is None else (*found, along)

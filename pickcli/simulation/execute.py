@@ -159,9 +159,10 @@ class _Run(BeltRun[World]):
 
     def reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
         """Check supervision and contact guard, then the hold, then the sensor, then the weight."""
-        segment = self.segment_at(min(self.progress, t_plan))
+        t_robot = min(self.progress, t_plan)
+        segment = self.segment_at(t_robot)
         if self.world.reality.supervision and (
-            stop := self.supervisor.motion(command, segment) or self.guard.update(segment)
+            stop := self.supervisor.motion(command, segment) or self.guard.update(segment, t_robot)
         ):
             return stop
         if stop := self.supervisor.hold(segment) or self.sensed_nothing():

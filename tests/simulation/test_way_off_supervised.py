@@ -118,8 +118,8 @@ def test_an_item_that_is_met_too_early_on_the_way_off_turns_that_back(
     begins, _ = undisturbed(ON)
     feels, heights = ContactGuard.update, list[float]()
 
-    def too_early(self: ContactGuard, segment: Segment) -> ProtectiveStop | None:
-        stop = feels(self, segment)
+    def too_early(self: ContactGuard, segment: Segment, t_plan: float) -> ProtectiveStop | None:
+        stop = feels(self, segment, t_plan)
         if segment.kind is SegmentKind.CONTACT and heights and len(heights) > 20:
             return ProtectiveStop(StopCause.EARLY_CONTACT, "bellows", 0.02, 0.01, "m", begins)
         return stop
