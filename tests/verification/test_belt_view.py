@@ -8,16 +8,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 from pickcli.cell.shapes import box
 from pickcli.cell.station import Obstacles
-from pickcli.geometry import pose
+from pickcli.geometry import pose, rotation_axis_angle
 from pickcli.motion.plan import LineTracking, Plan, times_at_work
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.intercept import DEVIATION
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import delayed
+from pickcli.verification.belt_view import _swept
+from pickcli.verification.moving_parts import fixtures
 from pickcli.verification.verify import verify
 from support.belt_picks import BeltPick, belt_pick, context
 
@@ -174,3 +177,29 @@ def test_the_file_keeps_the_conveyor() -> None:
     stated = LineTracking("belt", 0.33, 0.0, DEVIATION, belt_pick().now)
     assert again.tracking == plan.tracking == stated
     assert np.array_equal(again.trajectory.positions, plan.trajectory.positions)
+
+
+@pytest.mark.parametrize("upright", [False, True])
+def test_a_bottle_that_rolled_along_is_swept_as_high_and_wide_as_it_is(upright: bool) -> None:
+    """The box around it, turned with it, is 1.4 times as high: plans were rejected that keep clear of it."""
+    pick = belt_pick()
+    bottle = pick.scene.cell.item("up_glucose_bottle")
+    rolled = rotation_axis_angle(np.array([0.0, 0.0, 1.0]), np.pi / 4)
+    lying = rotation_axis_angle(np.array([0.2, 1.0, 0.0]) / np.hypot(0.2, 1.0), np.pi / 2)
+    T = pose((-2.0, 0.6, 0.65), R=rolled if upright else lying @ rolled)
+    scene = replace(pick.scene, items=(PlacedItem("bottle", bottle, "belt", T),))
+    (fixture,) = (each for each in fixtures(scene) if each.name == "bottle")
+    found = _swept(fixture, np.array([1.0, 0.0, 0.0]), -0.1, 0.3)
+    corners = found.T_world_shape[:3, 3] + np.array(found.shape.vertices)
+    half = bottle.shape.reach(T[:3, :3])
+    low, high = T[:3, 3] - half - [0.1, 0.0, 0.0], T[:3, 3] + half + [0.3, 0.0, 0.0]
+    assert (corners.min(axis=0) <= low + 1e-9).all() and (corners.max(axis=0) >= high - 1e-9).all()
+    assert (corners.min(axis=0) > low - 2e-4).all() and (corners.max(axis=0) < high + 2e-4).all()
+    around = np.linspace(0.0, 2.0 * np.pi, 97)
+    radius, length = bottle.shape.size
+    rim = radius * np.stack([np.cos(around), np.sin(around)], axis=1)
+    ends = np.vstack([np.column_stack([rim, np.full(len(rim), z)]) for z in (-length / 2, length / 2)])
+    points = T[:3, 3] + ends @ T[:3, :3].T
+    inside = Delaunay(corners)
+    for way in (-0.1, 0.1, 0.3):
+        assert (inside.find_simplex(points + np.array([way, 0.0, 0.0]), tol=1e-6) >= 0).all()
