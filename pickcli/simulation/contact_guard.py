@@ -23,7 +23,7 @@ from pickcli.simulation.world import World
 
 AVERAGE_TIME = 0.01  # s over which the force of a touch is averaged, after the filter of the torques
 CERTAIN_DEVIATIONS = 4.5  # standard deviations of an averaged force above which it is not noise
-UNCERTAIN_DEVIATIONS = (
+CERTAIN_DEVIATIONS = (
     2.0  # standard deviations of a predicted compression that it must be over what is allowed
 )
 LEAST_LEFT = 1e-3  # m left of the contact below which a stop would make no difference
@@ -79,7 +79,7 @@ class ContactGuard:
         self._n_pressed += 1
         self._pressed += (force / grip.stiffness + left - self._pressed) / self._n_pressed
         share = self._noise_share(world.time_step * self._n_pressed / 2)
-        uncertain = UNCERTAIN_DEVIATIONS * noise * share / grip.stiffness
+        uncertain = CERTAIN_DEVIATIONS * noise * share / grip.stiffness
         most = self._thresholds.bellows * grip.gives_way + uncertain
         if self._pressed <= most:
             return None
