@@ -72,7 +72,7 @@ class Control:
             (grasp,),
             (PostureTask("posture", bench.home, POSTURE),),
         )
-        return Stack(levels, goal=2, deceleration=limits.acceleration)
+        return Stack(levels, goal="envelope", deceleration=limits.acceleration)
 
     def run(self, scene: Scene, envelope: Envelope) -> RollOut:
         """Let the controller run in a scene that does not change."""

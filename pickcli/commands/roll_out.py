@@ -65,8 +65,8 @@ def command(
     from pickcli.planning.planning_context import PlanningContext
 
     refuse_suffix(output, (".csv",), "a table")
-    refuse_output(output, overwrite, scene_path, cell_name, items_path)
     path = stack_file(stack_name)
+    refuse_output(output, overwrite, scene_path, cell_name, items_path, path)
     file = read_stack(path)
     scene = open_scene(scene_path, cell_name, ArmRequest(arm, configurations=(start,), items=items_path))
     context = PlanningContext(scene.cell)

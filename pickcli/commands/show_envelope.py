@@ -109,7 +109,7 @@ def _rows(scene: Scene, target: PlacedItem, seed: int, is_in_scene: bool) -> lis
     rows = []
     for k, envelope in enumerate(in_states[0].envelopes):
         left = [truncated(found.envelopes[k], target.T_world_item, found.tool) for found in in_states]
-        best = max(range(len(states)), key=lambda i: left[i].kept * left[i].cone_share)
+        best = max(range(len(states)), key=lambda i: left[i].size)
         rng, part, reached = derived_rng("reached", envelope.name, seed), left[best].envelope, 0.0
         if part is not None:
             reached = in_states[best].reached(context, part, N_REACHED, rng)
@@ -127,7 +127,8 @@ def _as_json(row: EnvelopeRow) -> dict[str, object]:
     if left is not None:
         part = left.envelope
         told |= {
-            "kept": left.kept, "cone_share": left.cone_share, "reached": row.reached,
+            "kept": left.kept, "cone_share": left.cone_share, "roll_share": left.roll_share,
+            "reached": row.reached,
             "kept_low": None if part is None else part.low.tolist(),
             "kept_high": None if part is None else part.high.tolist(),
             "against": None if left.against is None else str(left.against),
@@ -142,7 +143,8 @@ def _as_text(row: EnvelopeRow) -> str:
     why = "" if left.against is None else f"; in the way: {left.against}"
     if left.envelope is None:
         return f"{row.envelope.name}: nothing is proven free{why}"
-    kept = f"{left.kept:.0%} of it with {left.cone_share:.0%} of its cones is proven free"
+    roll = "" if left.roll_share == 1.0 else f" and {left.roll_share:.0%} of its roll"
+    kept = f"{left.kept:.0%} of it with {left.cone_share:.0%} of its cones{roll} is proven free"
     return (
         f"{row.envelope.name}, tool {row.tool_state}: {kept}, of which the arm reaches {row.reached:.0%}{why}"
     )

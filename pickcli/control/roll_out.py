@@ -1,8 +1,7 @@
 """Roll-out of a stack of tasks: the controller alone, period by period, each step with a proof.
 
 Source: Krug et al., RA-L 2016, section III-B. Their controller knows no future: a roll-out ends where nothing
-    gets
-better any more, and says so; region queries and planners take over there.
+gets better any more, and says so; region queries and planners take over there.
 """
 
 from __future__ import annotations
@@ -30,12 +29,12 @@ class Stack:
 
     Attributes:
         levels: The tasks of each level, the most important level first.
-        goal: Index of the level whose tasks end the roll-out when they are met.
+        goal: Name of the task that ends the roll-out when it is met.
         deceleration: (n,) rad/s^2 or m/s^2, with which the joints brake.
     """
 
     levels: tuple[tuple[Task, ...], ...]
-    goal: int
+    goal: str
     deceleration: Array
 
     def braked(self, state: ControlState) -> Array:
@@ -103,8 +102,8 @@ def roll_out(
 ) -> RollOut:
     """Let a controller run from rest until its goal is met, or nothing gets better.
 
-    A step that is not proven free is halved, and again; where not even a small one is, the roll-out ends. So
-    does one that a level of the hierarchy is not solved for.
+    Where a step is not proven free, the joints brake instead. The roll-out ends where that is not proven
+    either, where steps are refused until nothing gets better, and where the hierarchy is not solved.
 
     Args:
         scene_at: What is known at a time in s from the start.
@@ -116,9 +115,10 @@ def roll_out(
         The roll-out.
     """
     q, dq = np.array(start, dtype=float), np.zeros(len(start))
-    record = _Record(period, [q], [], [])
-    best, since, stack = np.inf, 0.0, None
-    for i in range(int(np.ceil(most_seconds / period)) + 1):
+    record = _Record(period, [q], [], [], [])
+    best, since, refused, stack = np.inf, 0.0, -np.inf, None
+    last = int(most_seconds / period + 1e-9)
+    for i in range(last + 1):
         now, state = scene_at(i * period), ControlState(q, dq, period)
         left = record.note(now.stack, state)
         if left <= 0.0:
@@ -126,7 +126,9 @@ def roll_out(
         if left < (1.0 - LEAST_PROGRESS) * best or now.stack is not stack:
             best, since, stack = left, i * period, now.stack
         if i * period - since > NO_PROGRESS:
-            return record.ended(End.LOCAL_MINIMUM)
+            return record.ended(End.NOT_PROVEN if i * period - refused < NO_PROGRESS else End.LOCAL_MINIMUM)
+        if i == last:
+            break
         try:
             step = control_step(now.stack, state)
         except NoPlanError:
@@ -134,6 +136,8 @@ def roll_out(
         proven = _proven(now, state, step.dq)
         if proven is None:
             return record.ended(End.NOT_PROVEN)
+        if proven is not step.dq:
+            refused = i * period
         q, dq = q + period * proven, proven
         record.Q.append(q)
         record.slack.append(step.slack)
@@ -148,15 +152,17 @@ class _Record:
     Q: list[Array]
     errors: list[dict[str, float]]
     slack: list[Array]
+    n_levels: list[int]
 
     def note(self, stack: Stack, state: ControlState) -> float:
-        """Note the errors of all tasks; return the largest of those that are the goal."""
+        """Note the errors of all tasks; return that of the goal."""
         self.errors.append({task.name: task.error(state) for level in stack.levels for task in level})
-        return max(self.errors[-1][task.name] for task in stack.levels[stack.goal])
+        self.n_levels.append(len(stack.levels))
+        return self.errors[-1][stack.goal]
 
     def ended(self, end: End) -> RollOut:
         errors = {name: np.array([each[name] for each in self.errors]) for name in self.errors[0]}
-        slack = np.array(self.slack).reshape(len(self.slack), -1)
+        slack = np.array(self.slack).reshape(len(self.slack), self.n_levels[0])
         return RollOut(end, np.stack(self.Q), errors, slack, self.period)
 
 

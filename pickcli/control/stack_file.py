@@ -176,8 +176,7 @@ class StackFile:
             PostureTaskModel: lambda m: PostureTask(m.kind, self._named(controlled, m.to), m.gain),
         }
         levels = tuple(tuple(make[type(task)](task) for task in level.tasks) for level in self.model.levels)
-        at = next(i for i, names in enumerate(self.task_names) if self.model.goal in names)
-        return Stack(levels, at, limits.acceleration)
+        return Stack(levels, self.model.goal, limits.acceleration)
 
     def _named(self, controlled: ControlledArm, name: str) -> Array:
         if name not in controlled.configurations:

@@ -24,6 +24,8 @@ from pickcli.kernel import (
 )
 
 APPROACH = np.array([0.0, 0.0, 1.0])  # of a tool, in its own frame
+UNIT = 1e-6  # by which products of unit vectors may be off
+LEAST_CONE = 2e-3  # rad, of which projections find poses
 MOST_ROUNDS = 200  # of samples, of which those outside of the alignment's cone are drawn again
 
 
@@ -78,13 +80,25 @@ class Envelope:
                 return f"{name}: from {low:.4g} to {high:.4g}"
         if self.surface is not SurfaceKind.PLANE and self.low[2] <= 0.0:
             return f"distance: from {self.low[2]:.4g} m, where there is no normal"
-        if not 0.0 <= self.cone < np.pi / 2:
-            return f"cone: {self.cone:.4g} rad"
-        if self.alignment is not None and not 0.0 <= self.alignment.angle < np.pi / 2:
-            return f"alignment: {self.alignment.angle:.4g} rad"
+        if self.surface is SurfaceKind.SPHERE and max(-self.low[1], self.high[1]) > np.pi / 2:
+            return f"elevation: from {self.low[1]:.4g} to {self.high[1]:.4g}, over a right angle"
+        if not LEAST_CONE <= self.cone < np.pi / 2:
+            return f"cone: {self.cone:.4g} rad, {LEAST_CONE:g} at least"
+        if self.alignment is not None and (why := self._why_not_aligned(self.alignment)):
+            return f"alignment: {why}"
         is_round = self.surface is not SurfaceKind.PLANE
         if is_round and np.linalg.norm(np.cross(self.roll_from, self.T_object_surface[:3, 2])) > 1e-6:
             return "alignment: an axis other than the surface's, which no roll keeps all around"
+        return ""
+
+    def _why_not_aligned(self, alignment: Alignment) -> str:
+        tool, normal = alignment.tool_axis, self.T_object_surface[:3, 2]
+        if abs(tool @ APPROACH) > UNIT or abs(tool @ tool - 1.0) > UNIT:
+            return "an axis of the tool that is not a unit vector across its approach"
+        if not LEAST_CONE <= alignment.angle < np.pi / 2:
+            return f"{alignment.angle:.4g} rad, {LEAST_CONE:g} at least"
+        if self.surface is SurfaceKind.PLANE and abs(alignment.object_axis @ normal) > UNIT:
+            return "an axis of the object that is not across the normal"
         return ""
 
     @cached_property
@@ -182,8 +196,11 @@ class Envelope:
         Returns:
             The smaller envelope.
         """
-        alignment = self.alignment and replace(self.alignment, angle=share * self.alignment.angle)
-        return replace(self, low=low, high=high, cone=share * self.cone, alignment=alignment)
+        alignment = self.alignment and replace(
+            self.alignment, angle=max(LEAST_CONE, share * self.alignment.angle)
+        )
+        cone = max(LEAST_CONE, share * self.cone)
+        return replace(self, low=low, high=high, cone=cone, alignment=alignment)
 
     @property
     def T_tip_palm(self) -> Array:
@@ -192,8 +209,15 @@ class Envelope:
 
     @property
     def most_roll(self) -> float:
-        """Largest roll of a pose in rad: a tilt turns the aligned axis by at most its own angle."""
-        return np.pi if self.alignment is None else min(np.pi, self.alignment.angle + self.cone)
+        """Bound of the roll of a pose in rad.
+
+        A tilt turns the aligned axis by its own angle at most, so before it the axis was within the sum of
+        both angles of its object's; the roll, the angle between their parts across the normal, is no more
+        than that if it is less than a right angle.
+        """
+        if self.alignment is None or self.alignment.angle + self.cone >= np.pi / 2:
+            return np.pi
+        return self.alignment.angle + self.cone
 
     @property
     def is_closed(self) -> bool:

@@ -44,6 +44,7 @@ class Truncation:
         envelope: The largest part that is proven free; None if there is none.
         kept: Its share of the coordinates' ranges.
         cone_share: Its share of the angles of both cones.
+        roll_share: Share of a free roll that is left, 1 if all of it is or if it was not free.
         against: What is in the way of most poses of the whole envelope that are not free; None if all of some
             are.
     """
@@ -51,7 +52,13 @@ class Truncation:
     envelope: Envelope | None
     kept: float
     cone_share: float
+    roll_share: float
     against: Reason | None
+
+    @property
+    def size(self) -> float:
+        """Size of what is left, as a share of the whole: coordinates, tilts in two directions, and roll."""
+        return self.kept * self.cone_share**2 * self.roll_share
 
 
 def truncated(envelope: Envelope, T_world_object: Array, tool: FreeToolChecker) -> Truncation:
@@ -70,17 +77,20 @@ def truncated(envelope: Envelope, T_world_object: Array, tool: FreeToolChecker) 
         The part of it in which the tool keeps the cell's clearance at every pose, and what stands against the
         rest.
     """
-    found, most = _largest_part(envelope, T_world_object, tool)
+    found = _largest_part(envelope, T_world_object, tool)
     for window in _windows(envelope):
-        part, size = _largest_part(window, T_world_object, tool)
-        if size / N_WINDOWS > most:
-            found, most = part, size / N_WINDOWS
+        part = _largest_part(window, T_world_object, tool)
+        part = replace(part, roll_share=part.roll_share / N_WINDOWS)
+        found = part if part.size > found.size else found
     return replace(found, against=_most_in_the_way(envelope, T_world_object, tool))
 
 
 def _windows(envelope: Envelope) -> Iterator[Envelope]:
-    """Yield parts of an envelope whose roll is free, in each of which it is bounded."""
-    if envelope.alignment is not None:
+    """Yield parts of an envelope whose roll is free, in each of which it is bounded.
+
+    About a sphere no axis is across all normals, so it has none.
+    """
+    if envelope.alignment is not None or envelope.surface is SurfaceKind.SPHERE:
         return
     for k in range(N_WINDOWS):
         angle = 2 * np.pi * k / N_WINDOWS
@@ -88,22 +98,19 @@ def _windows(envelope: Envelope) -> Iterator[Envelope]:
         yield replace(envelope, alignment=Alignment(tool_axis, envelope.roll_from, np.pi / N_WINDOWS))
 
 
-def _largest_part(
-    envelope: Envelope, T_world_object: Array, tool: FreeToolChecker
-) -> tuple[Truncation, float]:
-    """Return the largest part that is proven free, without what is in the way, and its size as a share."""
-    found, most = Truncation(None, 0.0, 0.0, None), 0.0
+def _largest_part(envelope: Envelope, T_world_object: Array, tool: FreeToolChecker) -> Truncation:
+    """Return the largest part that is proven free, without what is in the way."""
+    found = Truncation(None, 0.0, 0.0, 1.0, None)
     blocks = _Blocks.of(envelope)
     are_free = np.ones(blocks.shape, dtype=bool)
     for share in SHARES:
         part = envelope.within(envelope.low, envelope.high, share)
         are_free = blocks.proven(part, are_free, T_world_object, tool)
-        orientations = share ** (2 if envelope.alignment is None else 3)
+        roll = 1.0 if envelope.alignment is None else share
         for low, high, kept in _largest(blocks, are_free, envelope.is_closed):
-            if kept * orientations > most:
-                most = kept * orientations
-                found = Truncation(envelope.within(low, high, share), kept, share, None)
-    return found, most
+            left = Truncation(envelope.within(low, high, share), kept, share, roll, None)
+            found = left if left.size > found.size else found
+    return found
 
 
 @dataclass(frozen=True, eq=False)

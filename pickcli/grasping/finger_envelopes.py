@@ -58,8 +58,8 @@ class FingerReach:
 def finger_envelopes(shape: Shape, fingers: FingerReach) -> tuple[Envelope, ...]:
     """Return the envelopes in which two fingers enclose a shape, the tool closing along its y axis.
 
-    The middle between the pads stays within half of a pad of the shape's middle along the approach, and the
-    palm off its surface.
+    The palm stays off the surface, and the pads beside the shape: on round sides their middle within half of
+    a pad of its axis or centre, at ends and flat faces at least half of a pad deep.
 
     Args:
         shape: The object's shape; not a hull.

@@ -106,20 +106,17 @@ def _lines(rows: Sequence[EnvelopeRow]) -> Iterator[PageLine]:
 
 
 def _table(rows: Sequence[EnvelopeRow]) -> PageTable:
-    def cells(row: EnvelopeRow) -> tuple[str, ...]:
-        left, cone = row.truncation, f"{np.degrees(row.envelope.cone):.0f}"
-        kept = "" if left is None else f"{left.kept:.0%}" if left.envelope is not None else "nothing"
-        share = "" if left is None or left.envelope is None else f"{left.cone_share:.0%}"
-        reached = "" if row.reached is None else f"{row.reached:.0%}"
-        return (
-            row.envelope.name,
-            row.tool_state,
-            str(row.envelope.surface.name).lower(),
-            cone,
-            kept,
-            share,
-            reached,
-        )
+    header = ("from", "tool", "about", "cone, degrees", "kept", "of the cones", "of the roll", "reached")
+    return PageTable("Envelopes", header, tuple(_cells(row) for row in rows))
 
-    header = ("from", "tool", "about", "cone, degrees", "kept", "of the cones", "reached")
-    return PageTable("Envelopes", header, tuple(cells(row) for row in rows))
+
+def _cells(row: EnvelopeRow) -> tuple[str, ...]:
+    envelope, left = row.envelope, row.truncation
+    about, cone = envelope.surface.name.lower(), f"{np.degrees(envelope.cone):.0f}"
+    whole = (envelope.name, row.tool_state, about, cone)
+    if left is None:
+        return (*whole, "", "", "", "")
+    if left.envelope is None:
+        return (*whole, "nothing", "", "", "")
+    shares = (left.kept, left.cone_share, left.roll_share, row.reached or 0.0)
+    return (*whole, *(f"{share:.0%}" for share in shares))

@@ -266,7 +266,8 @@ def _tried(
             return _Tried(plan, failures)
         failures += plan
     if len(windows) == len(timely) > 0:
-        delay = min(t - window.latest for t, window in zip(arrivals, windows, strict=True))
+        delays = (t - window.latest for t, window in zip(arrivals, windows, strict=True))
+        delay = min(delay, *delays)
     elif timely or not grasps:
         delay = -np.inf
     return _Tried(None, failures, bool(grasps), delay)
@@ -275,7 +276,7 @@ def _tried(
 def _timely(
     belt: _Belt, problem: PickProblem, t_planned: float, grasps: Sequence[GraspMotion], start: Start
 ) -> tuple[list[GraspMotion], Failures, float]:
-    """Return the grasps that the arm may be in time for, the reasons against others, and the least delay (s).
+    """Return the grasps that the arm may be in time for, the reasons against others, their least delay (s).
 
     By bounds of their lines, at much less effort than by timing them; lines that are lengthened, and their
     acceleration, take longer still.
@@ -288,8 +289,8 @@ def _timely(
         inward, outward = (_least_time(context, part) for part in (near.inward, near.outward))
         latest = _between(belt, context, near, t_planned, (inward, taking + outward))[1]
         late = reached + belt.ramp + inward - latest
-        least = min(least, late)
         if late > 0.0:
+            least = min(least, late)
             failures += Reason("too late", str(motion.grasp), f"by {1e3 * late:.0f} ms at least")
         else:
             timely.append(motion)

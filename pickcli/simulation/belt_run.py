@@ -113,7 +113,7 @@ class BeltRun(PlanRun[D]):
         self.t_standing, t_end = None, driver.t + MOST_BRAKING
         while self.t_standing is None and driver.t < t_end:
             self.send_beside(driver.q, self.path_time)
-        self.is_clear = None if self._clock is None else False
+        self.is_clear = True if self._is_beside_belt else None if self._clock is None else False
 
     def send_beside(self, q: Array, t_plan: float) -> None:
         """Send a set point of a stop beside the path.

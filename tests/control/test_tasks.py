@@ -56,7 +56,7 @@ def control_scene(scene: CanScene, arm: Arm, table: Cell, T: Array | None = None
         (tool_task(scene, arm, T),),
         (PostureTask("posture", home, 0.3),),
     )
-    return ControlScene(Stack(levels, 2, table.robot.limits.acceleration), scene.arm)
+    return ControlScene(Stack(levels, "envelope", table.robot.limits.acceleration), scene.arm)
 
 
 @pytest.fixture(scope="module")
@@ -183,3 +183,56 @@ def test_nothing_moves_where_the_first_level_leaves_no_room(table: Cell) -> None
         ControlState(table.configurations["home"].q, np.zeros(7), PERIOD)
     )
     assert np.abs(rows.upper).max() <= 1e-12
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.005, 0.1, 0.105])
+def test_out_of_time_every_array_has_its_length(
+    scene: CanScene, arm: Arm, table: Cell, seconds: float
+) -> None:
+    now = control_scene(scene, arm, table)
+    found = roll_out(lambda _: now, table.configurations["home"].q, seconds, PERIOD)
+    n = int(seconds / PERIOD + 1e-9)
+    assert found.end is End.OUT_OF_TIME and len(found.Q) == n + 1 and found.duration <= seconds + 1e-9
+    assert all(len(each) == n + 1 for each in found.errors.values())
+    assert found.slack.shape == (n, 4)
+
+
+def test_what_is_met_at_the_start_ends_there(scene: CanScene, arm: Arm, table: Cell) -> None:
+    now = control_scene(scene, arm, table)
+    home = table.configurations["home"].q
+    there = replace(now, stack=replace(now.stack, goal="posture"))
+    found = roll_out(lambda _: there, home, 1.0, PERIOD)
+    assert found.end is End.REACHED and len(found.Q) == 1 and found.slack.shape == (0, 4)
+
+
+def test_a_posture_is_reached(scene: CanScene, table: Cell) -> None:
+    home = table.configurations["home"].q
+    away = home + 0.1
+    levels = ((JointLimitTask("limits", table.robot.limits),), (PostureTask("posture", home, 3.0),))
+    now = ControlScene(Stack(levels, "posture", table.robot.limits.acceleration), scene.arm)
+    found = roll_out(lambda _: now, away, 10.0, PERIOD)
+    assert found.end is End.REACHED
+    assert np.abs(found.Q[-1] - home).max() <= 1.1e-3
+
+
+def test_where_proofs_block_the_way_that_is_told(scene: CanScene, arm: Arm, table: Cell) -> None:
+    """The arm is drawn through the target's neighbour by a stack without obstacles: it stops before it."""
+    home = table.configurations["home"].q
+    levels = ((JointLimitTask("limits", table.robot.limits),), (tool_task(scene, arm),))
+    stack = Stack(levels, "envelope", table.robot.limits.acceleration)
+
+    class Blocked:
+        def is_valid_edge(self, q0: Array, q1: Array) -> bool:
+            return bool((np.abs(q1 - home) <= 0.2).all())
+
+    found = roll_out(lambda _: ControlScene(stack, Blocked()), home, 10.0, PERIOD)  # type: ignore[arg-type]
+    assert found.end is End.NOT_PROVEN
+
+
+def test_limits_never_contradict_each_other_beyond_an_end(table: Cell) -> None:
+    task, rng = JointLimitTask("limits", table.robot.limits), np.random.default_rng(6)
+    lower, upper = table.robot.limits.lower, table.robot.limits.upper
+    for _ in range(500):
+        q = rng.uniform(lower - 0.1, upper + 0.1)
+        rows = task.rows(ControlState(q, rng.normal(size=7), PERIOD))
+        assert (rows.lower <= rows.upper).all()

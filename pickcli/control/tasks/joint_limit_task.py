@@ -44,8 +44,8 @@ class JointLimitTask(Task):
         )
         lower, upper = self.limits.window
         change = acceleration * state.period
-        low = np.maximum(-velocity, -stopping_rate(state.q - lower, acceleration, state.period))
-        high = np.minimum(velocity, stopping_rate(upper - state.q, acceleration, state.period))
+        low = np.clip(-stopping_rate(state.q - lower, acceleration, state.period), -velocity, velocity)
+        high = np.clip(stopping_rate(upper - state.q, acceleration, state.period), -velocity, velocity)
         low, high = (
             np.clip(low, state.dq - change, state.dq + change),
             np.clip(high, state.dq - change, state.dq + change),

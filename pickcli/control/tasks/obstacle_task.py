@@ -55,8 +55,9 @@ class ObstacleTask(Task):
         distances, gradients, parts = self.validator.kernel.near_pairs(state.q, self.influence)
         left = distances - np.where(parts[:, 1] == ContactKind.SELF, self.between_links, self.wanted)
         deceleration = BRAKING * np.abs(gradients) @ self.acceleration
+        rate = stopping_rate(left, deceleration, state.period)
         return BoundedRows.at_most(
-            -gradients, np.minimum(self.gain * left, stopping_rate(left, deceleration, state.period))
+            -gradients, np.where(left > 0.0, np.minimum(self.gain * left, rate), self.gain * left)
         )
 
     def error(self, state: ControlState) -> float:

@@ -10,6 +10,8 @@ from pickcli.control.hierarchical_qp import BoundedRows
 from pickcli.control.tasks.task import ControlState, Task
 from pickcli.geometry import Array
 
+REACHED = 1e-3  # rad or m that a joint may be off: what is approached exponentially never is at its end
+
 
 @dataclass(frozen=True, eq=False)
 class PostureTask(Task):
@@ -37,7 +39,7 @@ class PostureTask(Task):
         return BoundedRows.equal(np.eye(len(self.q)), self.gain * (self.q - state.q))
 
     def error(self, state: ControlState) -> float:
-        """Return the largest distance of a joint from the configuration, in rad or m.
+        """Return by how much the farthest joint is off the configuration, beyond ``REACHED``, in rad or m.
 
         Args:
             state: The robot now.
@@ -45,4 +47,4 @@ class PostureTask(Task):
         Returns:
             Its size, 0 where the task is met.
         """
-        return float(np.abs(self.q - state.q).max())
+        return max(0.0, float(np.abs(self.q - state.q).max()) - REACHED)

@@ -109,8 +109,24 @@ nb::object prove_blocks(const Checker& checker, SurfaceKind surface, nb::handle 
   const Integers frames(frames_in, "frames", {centers.rows()});
   check_margin(margin);
   if (!(smallest > 0.0)) throw nb::value_error("smallest: must be over 0");
+  if (!(cone >= 0.0 && cone < 4.0)) throw nb::value_error("cone: must be an angle from 0 on");
+  for (std::size_t i = 0; i < radii.size(); ++i)
+    if (!(radii[i] >= 0.0)) throw nb::value_error("radii: must not be negative");
+  for (std::size_t i = 0; i < low.size(); ++i)
+    if (!(low[i] <= high[i])) throw nb::value_error("low: above high");
   EnvelopeChart chart{surface, to_pose(T.data(), "T_world_surface"), unit_of(wanted_in, "wanted"), {}, cone};
-  std::copy(R.data(), R.data() + 9, chart.R_nominal.m.begin());
+  const double as_pose[16] = {R[0], R[1], R[2], 0, R[3], R[4], R[5], 0, R[6], R[7], R[8], 0, 0, 0, 0, 1};
+  chart.R_nominal = to_pose(as_pose, "R_nominal").R;
+  if (surface != SurfaceKind::plane) {
+    const Vec3 off = cross(chart.wanted, chart.T_world_surface.R.column(2));
+    if (norm(off) > 1e-6) throw nb::value_error("wanted: not along the axis of a round surface");
+    for (int i = 0; i < low.rows(); ++i)
+      if (!(low[6 * static_cast<std::size_t>(i) + 2] >= 0.0)) throw nb::value_error("low: a negative distance");
+  }
+  for (int i = 0; surface == SurfaceKind::sphere && i < low.rows(); ++i) {
+    const std::size_t at = 6 * static_cast<std::size_t>(i) + 1;
+    if (!(low[at] >= -1.5707963268 && high[at] <= 1.5707963268)) throw nb::value_error("low, high: an elevation over a right angle");
+  }
   std::vector<ToolSphere> spheres;
   for (std::size_t i = 0; i < radii.size(); ++i) {
     if (frames[i] < 0 || frames[i] > kMaxFrames) throw nb::value_error("frames: out of range");

@@ -49,14 +49,15 @@ class SphereProof {
       const Cell cell = stack_.back();
       stack_.pop_back();
       if (!is_in_cone(cell)) continue;
-      const Vec3 center = chart_.palm(cell.middle().data()) * sphere_.center;
+      const std::array<double, 6> at = cell.middle();
+      const Vec3 center = chart_.palm(at.data()) * sphere_.center;
       const std::array<double, 6> motion = most_motion(cell);
       double total = 0.0;
       for (double each : motion) total += each;
       const double kept = sphere_.radius + effort_.margin;
       const double free = clearance(world_, center, sphere_.frame, kept + 2.0 * total + kRounding) - kept;
       if (free > total) continue;
-      if (free < 0.0 || total < effort_.smallest || --n_left < 0) return false;
+      if (total < effort_.smallest || --n_left < 0 || (free < 0.0 && is_in_cone(at))) return false;
       divide(cell, static_cast<std::size_t>(std::max_element(motion.begin(), motion.end()) - motion.begin()));
     }
     return true;
@@ -71,6 +72,11 @@ class SphereProof {
       squared += nearest * nearest;
     }
     return squared <= chart_.cone * chart_.cone;
+  }
+
+  //! Whether a tilt is in the cone; the middle of a cell that only cuts the cone may not be.
+  bool is_in_cone(const std::array<double, 6>& at) const {
+    return std::hypot(at[kTilt], at[kTilt + 1]) <= chart_.cone;
   }
 
   //! m that the centre moves at most from the middle of a cell, by each coordinate. Azimuth and elevation turn the

@@ -19,7 +19,8 @@ enum class SurfaceKind : int { plane = 0, cylinder = 1, sphere = 2 };
 struct EnvelopeChart {
   SurfaceKind surface;
   Pose T_world_surface;
-  Vec3 wanted;     //!< in the world: across the normal, from where roll is measured
+  Vec3 wanted;     //!< in the world: what of it is across the normal is where roll is measured from; about a round
+                   //!< surface its z axis, so that azimuth and elevation turn the tool as a whole
   Mat3 R_nominal;  //!< the tool in the frame of that axis and the approach
   double cone;     //!< half of the opening of the approach's cone: tilts beyond it are in no envelope
 
