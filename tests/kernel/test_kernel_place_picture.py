@@ -179,6 +179,29 @@ def test_what_gives_no_depth_is_explained_by_what_seldom_does() -> None:
     assert gains[1] > gains[0] + 500.0
 
 
+@pytest.mark.parametrize("kind", SOLIDS)
+@pytest.mark.parametrize("is_near", [True, False])
+def test_no_depth_says_little_of_what_is_out_of_range(kind: int, is_near: bool) -> None:
+    """From where nothing is measured nothing can come back; from elsewhere all says as much as ever."""
+    depth, index = cast((kind,))
+    placed_one = np.array([kind], dtype=np.int32), SOLIDS[kind][1][None]
+    end = float(np.median(depth[index == 0]))
+    is_lost = (depth < end if is_near else depth > end) & (index == 0)
+    share = np.where(is_lost, 0.0, 1.0).astype(np.float32)
+    least, greatest = (end, 3.0) if is_near else (0.1, end)
+    in_range = DepthNoise(
+        least=least, greatest=greatest, incidence_from=1.1, incidence_to=1.4, constant=0.001
+    )
+    of_any, of_range = (
+        picture_of(depth, share=share, noise=noise).composed(*placed_one)[2] for noise in (NOISE, in_range)
+    )
+    assert of_range[is_lost].max() <= np.float32(0.7)  # as much as in a shadow of the second eye
+    assert np.median(of_any[is_lost]) > 2.0
+    is_due = (index == 0) & (np.abs(depth - end) > 0.005) & ~is_lost
+    assert is_due.any()
+    np.testing.assert_array_equal(of_range[is_due], of_any[is_due])
+
+
 @pytest.mark.parametrize(
     ("changes", "told"),
     [

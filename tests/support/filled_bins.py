@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from pickcli.cell.cell import NamedConfiguration
 from pickcli.cell.place import Place
+from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.geometry import Array
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import measure_depth
@@ -57,6 +58,13 @@ class Filled:
 def looked_at(scene: Scene, noise_seed: int = 1, texture_seed: int = 11, at: str = "cam_E") -> Filled:
     """Bin E as the camera sees it from a configuration, printed otherwise than the models."""
     return _seen_from(scene, scene.cell.configurations[at], noise_seed, texture_seed)
+
+
+def looked_at_as(scene: Scene, sensor: str) -> Filled:
+    """Bin E as a sensor of the package sees it in the place of the camera."""
+    hand = scene.cell.cameras["hand"]
+    cameras = {**scene.cell.cameras, "hand": replace(hand, model=read_sensor(sensor_file(sensor)))}
+    return looked_at(replace(scene, cell=replace(scene.cell, cameras=cameras)))
 
 
 def looked_at_aslant(scene: Scene, noise_seed: int = 2, texture_seed: int = 11) -> Filled:

@@ -32,12 +32,13 @@ class PictureCosts:
 
     Attributes:
         slack: m that surfaces may be off besides noise.
-        hidden: nats, most that no depth costs where the second eye should see something else.
+        unseen: nats, most that no depth costs where the second eye should see something else, or the surface
+            would be out of the sensor's range.
         weight: Of each pixel.
     """
 
     slack: float
-    hidden: float
+    unseen: float
     weight: float = 1.0
 
 
@@ -67,7 +68,7 @@ def place_picture(
         solids,
         costs[0],
         kernel_noise(depth_model),
-        np.array([pixels.slack, _FRONT, _BEHIND, _LOST, pixels.hidden, pixels.weight]),
+        np.array([pixels.slack, _FRONT, _BEHIND, _LOST, pixels.unseen, pixels.weight]),
     )
     for model, own in zip(models, costs[1:], strict=True):
         picture.add(

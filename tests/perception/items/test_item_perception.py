@@ -15,7 +15,7 @@ from pickcli.perception.items.item_perception import ListedItem
 from pickcli.perception.items.perceived_file import Perceived, perceived_values
 from pickcli.perception.items.symmetry import turn_between
 from pickcli.random_scenes.make_scene import make_scene
-from support.filled_bins import Filled, looked_at
+from support.filled_bins import Filled, looked_at, looked_at_as
 
 
 def test_all_items_are_found_within_millimetres(filled: Filled) -> None:
@@ -111,6 +111,19 @@ def test_an_item_may_be_hidden_by_another(filled: Filled) -> None:
     assert not answers[ball.id].is_answer or (
         T is not None and np.linalg.norm(T[:3, 3] - behind.T_world_item[:3, 3]) < 0.03
     )
+
+
+def test_an_item_does_not_end_where_the_range_of_the_sensor_begins(filled: Filled) -> None:
+    """The upper half of a cup that stands in front is nearer than Kinect v2 measures."""
+    scene, cup = filled.scene, filled.scene.cell.item("easter_turtle_sippy_cup", 2016)
+    up = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    T = filled.T_world_place @ pose((0.06, -0.03, 0.047), R=up)
+    stands = replace(scene.items[0], id=cup.name, item=cup, T_world_item=T)
+    seen = looked_at_as(replace(scene, items=(stands,)), "kinect_v2")
+    (answer,) = seen.perceived().items
+    assert answer.is_answer, answer.refusal
+    error = seen.error_of(answer)
+    assert error.position < 0.004 and error.angle < np.radians(3.0), error
 
 
 def test_an_item_without_a_model_is_told(filled: Filled) -> None:

@@ -321,7 +321,7 @@ Args:
     noise: Coefficients of the sensor.
     costs: (6,) m that surfaces may be off besides noise; the most that a depth before, and one behind what is expected
         cost; the share of pixels without depth whatever the surface; the most that no depth costs where the second eye
-        sees something else; the weight of a pixel.)")
+        sees something else, or the surface is out of the sensor's range; the weight of a pixel.)")
       .def("add", &add_product, "kind"_a, "half_extents"_a, "no_return"_a, "colours"_a,
            nb::sig("def add(self, kind: int, half_extents: " APC_F64 ", no_return: float, colours: " APC_F64
                    ") -> int"),

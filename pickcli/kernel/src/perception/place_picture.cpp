@@ -38,6 +38,11 @@ double variance(const DepthNoise& noise, double fx, double z) {
   return sigma * sigma + step * step / 12.0;
 }
 
+//! m from an end of its range within which a sensor may lose a surface by its noise.
+double lost_within(const DepthNoise& noise, double fx, double end) {
+  return 2.0 * std::sqrt(variance(noise, fx, end));
+}
+
 //! Depths behind which no surface is seen by the second eye, which is to the right: measured surfaces farther to
 //! the right hide it (a point at column u hides what is at u' < u and has u - f b / z <= u' - f b / z').
 std::vector<float> hidden_from_second_eye(const MeasuredPicture& measured, double baseline) {
@@ -74,6 +79,9 @@ PlacePicture::PlacePicture(MeasuredPicture measured, KnownSurface known,
       noise_(noise),
       costs_(costs),
       n_labels_(static_cast<int>(known_colour_costs.size())),
+      nearest_(static_cast<float>(noise.least + lost_within(noise, measured_.camera.fx, noise.least))),
+      farthest_(
+          static_cast<float>(noise.greatest - lost_within(noise, measured_.camera.fx, noise.greatest))),
       inverse_variance_(padded(), 0.0f),
       hidden_(hidden_from_second_eye(measured_, noise.baseline)),
       known_costs_(padded(), 0.0f) {
@@ -116,9 +124,9 @@ float PlacePicture::cost(std::size_t pixel, float depth, float facing, const Ret
   const float share = measured_.share[pixel], weight = static_cast<float>(costs_.weight);
   const int k = std::clamp(static_cast<int>(facing * simd8::kFacings), 0, simd8::kFacings - 1);
   const float colour = colour_costs[static_cast<std::size_t>(measured_.colour[pixel])];
-  const float none = depth > hidden_[pixel]
-                         ? std::min(static_cast<float>(costs_.hidden), returns.none[k])
-                         : returns.none[k];
+  const bool is_unseen = depth > hidden_[pixel] || depth < nearest_ || depth > farthest_;
+  const float none =
+      is_unseen ? std::min(static_cast<float>(costs_.unseen), returns.none[k]) : returns.none[k];
   if (!(share > 0.0f)) return weight * (none + colour);
   const float off = measured_.depth[pixel] - depth, half_square = 0.5f * off * off * inverse_variance_[pixel];
   const auto front = static_cast<float>(costs_.front), behind = static_cast<float>(costs_.behind);
@@ -154,9 +162,9 @@ simd8::Hypothesis PlacePicture::hypothesis(const Entry& entry, const Pose& T) co
 
 simd8::PlaceData PlacePicture::data() const {
   return {x_.data(), y_.data(), length_.data(), measured_.depth.data(), measured_.share.data(),
-          inverse_variance_.data(), hidden_.data(), width(), static_cast<float>(costs_.front),
-          static_cast<float>(costs_.behind), static_cast<float>(costs_.hidden),
-          static_cast<float>(costs_.weight)};
+          inverse_variance_.data(), hidden_.data(), width(), nearest_, farthest_,
+          static_cast<float>(costs_.front), static_cast<float>(costs_.behind),
+          static_cast<float>(costs_.unseen), static_cast<float>(costs_.weight)};
 }
 
 Sight PlacePicture::sight(int index, const Pose& T) const {

@@ -18,7 +18,7 @@ struct PixelCosts {
   double front = 4.0;    //!< most that a depth costs that is nearer than what is expected: something hides it
   double behind = 8.0;   //!< most that a depth costs that is farther: it was seen through
   double lost = 0.1;     //!< share of pixels without a depth whatever the surface
-  double hidden = 0.7;   //!< most that no depth costs where the second eye sees something else
+  double unseen = 0.7;   //!< most that no depth costs out of range, or where the second eye sees other things
   double weight = 1.0;   //!< of a pixel: neighbours that were left out
 };
 
@@ -120,6 +120,7 @@ class PlacePicture {
   DepthNoise noise_;
   PixelCosts costs_;
   int n_labels_;
+  float nearest_, farthest_;             //!< m, depths between which surfaces are surely in range
   std::vector<float> inverse_variance_;  //!< by pixel, of what is measured
   std::vector<float> hidden_;            //!< m, by pixel: beyond, the second eye of a stereo camera sees nothing
   std::vector<float> known_costs_;

@@ -32,7 +32,8 @@ struct PlaceData {
   const float* inverse_variance;   //!< of its depth
   const float* hidden;             //!< beyond, the second eye of a stereo camera sees nothing
   int width;                       //!< of a row, px
-  float front, behind, unseen;     //!< most that depths before and behind, and none in a shadow, cost
+  float nearest, farthest;         //!< depths between which surfaces are surely within the sensor's range
+  float front, behind, unseen;     //!< most that depths before and behind, and none where none is due, cost
   float weight;                    //!< of a pixel
 };
 

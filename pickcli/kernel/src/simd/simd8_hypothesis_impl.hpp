@@ -95,7 +95,9 @@ APC_INLINE V costs_of(const Hypothesis& item, const PlaceData& place, std::size_
   const Mask k = __builtin_convertvector(step, Mask);
   const V some = gathered(item.some, k);
   V none = gathered(item.none, k);
-  none = select(above(depth, load(place.hidden + pixel)), smaller(none, all(place.unseen)), none);
+  const Mask is_unseen = above(depth, load(place.hidden + pixel)) | above(all(place.nearest), depth) |
+                         above(depth, all(place.farthest));
+  none = select(is_unseen, smaller(none, all(place.unseen)), none);
   const V share = load(place.share + pixel), colour = load(item.colour + pixel);
   const V off = load(place.depth + pixel) - depth;
   const V half_square = 0.5f * off * off * load(place.inverse_variance + pixel);
