@@ -4,7 +4,8 @@ In each bin, and each other place with a mouth at the front, items are found in 
 depth camera takes in one of the arm's configurations for that, and, if the arm moves it, aslant from both
 sides: what two of them agree on is sure. The true scene is rendered with the noise of the sensor, and nothing
 else is taken from it; pictures are taken as if the arm were there. What is in each place is known from the
-order and from what the robot has done; once the tool was in a place, what was seen in it is forgotten.
+order and from what the robot has done; once the tool was in a place, what was seen in it is forgotten. Copies
+of an item have the names that the trial judges them by.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array, pose, rotation_axis_angle, transform_points
 from pickcli.perception.believed_scene import believed_items, unknown_in
 from pickcli.perception.depth_picture import measure_depth
+from pickcli.perception.items.agreement import matched
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.perceived_file import Perceived
@@ -207,9 +209,11 @@ class CameraLooks:
         if self._pod is not None:
             around = replace(around, T_world_pod=self._pod.T_world_pod, pod_error=self._pod.error)
         for name in due:
-            self._seen[name] = self._perceived(name, pictures[name], around, self._seen.get(name))
+            seen = self._perceived(name, pictures[name], around, self._seen.get(name))
+            self._seen[name] = replace(seen, observed=with_names_of_copies(seen.observed, true))
         for name in self._settle(due):  # again, without what was found elsewhere
-            self._seen[name] = self._perceived(name, self._seen[name].pictures, around)
+            seen = self._perceived(name, self._seen[name].pictures, around)
+            self._seen[name] = replace(seen, observed=with_names_of_copies(seen.observed, true))
         if due:
             self._note(due, true, number)
         return self._believed(around, outside)
@@ -364,6 +368,34 @@ class CameraLooks:
         cameras = {name: (each.camera.name, each.at.name) for name, each in first.items()}
         drawn = {name: self._seen[name].drawn for name in due}
         self._looks.append(LookRecord(number, cameras, tuple(items), drawn))
+
+
+def with_names_of_copies(observed: PlaceObservation, true: Scene) -> PlaceObservation:
+    """Call copies of an item what the trial calls them.
+
+    No picture tells copies from each other, and nobody asks which of them is taken. So their names are free
+    to choose; but what the arm touches and takes is judged by them.
+
+    Args:
+        observed: What was seen, with copies in any order.
+        true: The true scene.
+
+    Returns:
+        The same answers, each of a copy with the name of the nearest one.
+    """
+    answers = observed.items
+    items = [each.item for each in answers]
+    seen = {i: each.T_world_item for i, each in enumerate(answers) if each.T_world_item is not None}
+    truly = {placed.id: placed.T_world_item for placed in true.items}
+    there = {k: truly[each.id] for k, each in enumerate(answers) if each.id in truly}
+    named = {k: i for i, (_, k) in matched(items, seen, there).items()}
+    out: list[ItemObservation] = []
+    for k, each in enumerate(answers):
+        if k not in named:
+            left = (i for i, item in enumerate(items) if item == each.item and i not in named.values())
+            named[k] = next(left)
+        out.append(replace(answers[named[k]], id=each.id))
+    return replace(observed, items=tuple(out))
 
 
 def _is_believed(answer: ItemObservation) -> bool:

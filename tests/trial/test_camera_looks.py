@@ -12,6 +12,7 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.geometry import inverse, pose
 from pickcli.perception.depth_picture import DepthPicture
+from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.symmetry import turn_between
 from pickcli.perception.mount_calibration import camera_in_pod
 from pickcli.perception.pod_fit import CameraFit
@@ -24,7 +25,7 @@ from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.simulation.reality import IDEAL
-from pickcli.trial.camera_looks import CameraLooks
+from pickcli.trial.camera_looks import CameraLooks, with_names_of_copies
 from pickcli.trial.trial_perception import BoundedErrors, Touched, true_poses
 
 ITEM = "crayola_24_ct"
@@ -177,3 +178,33 @@ def test_a_plan_touches_the_places_that_its_tip_enters(true_scene: Scene) -> Non
 def test_the_truth_is_perceived_as_it_is(true_scene: Scene) -> None:
     seen = true_poses(3).look(true_scene, 1, Touched())
     assert scene_hash(seen) == scene_hash(replace(true_scene, noise=PoseNoise()))
+
+
+@pytest.mark.parametrize("is_swapped", [False, True])
+def test_copies_have_the_names_that_they_are_judged_by(cell: Cell, is_swapped: bool) -> None:
+    """The cup was said to touch another item than the one that was planned: its copy."""
+    scene = make_scene({"bin_C": (ITEM, ITEM)}, cell, seed=1)
+    one, other = scene.items
+    if is_swapped:
+        one, other = replace(one, id=other.id), replace(other, id=one.id)
+    true = replace(scene, items=(one, other))
+    believed = looks(true).look(true, 1, Touched())
+    assert {placed.id for placed in believed.items} == {one.id, other.id}
+    for placed in believed.items:
+        off = placed.T_world_item[:3, 3] - true.find(placed.id).T_world_item[:3, 3]
+        assert np.linalg.norm(off) < 0.01
+
+
+def test_a_copy_that_is_not_seen_has_the_name_that_is_left(true_scene: Scene) -> None:
+    one = true_scene.find(ITEM)
+    aside = replace(one, id=f"{ITEM}#2", T_world_item=one.T_world_item @ pose((0.0, 0.1, 0.0)))
+    true = replace(true_scene, items=(one, aside))
+    seen = ItemObservation(one.id, one.item, aside.T_world_item, 0.999, "", None, None)
+    missed = ItemObservation(aside.id, one.item, None, 0.0, "hidden", None, None)
+    observed = PlaceObservation("bin_C", np.eye(4), (seen, missed))
+    named = with_names_of_copies(observed, true).items
+    assert [each.id for each in named] == [one.id, aside.id]
+    assert named[0].refusal == "hidden"
+    np.testing.assert_array_equal(named[1].T_world_item, aside.T_world_item)
+    gone = replace(true, items=(one,))
+    assert len(with_names_of_copies(observed, gone).items) == 2
