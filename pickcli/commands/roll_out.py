@@ -135,9 +135,8 @@ def _not_reached(
         reasons.append(Reason(run.end.value, envelope.name, detail))
     _, nearest = min(ended, key=lambda each: _left(file, each[1]))
     reasons.append(_by_region_query(context, found, nearest, seed))
-    return NoPlanError(
-        f"roll-out of {file.name}", reasons, "\n".join(f"  {reason}" for reason in ["", *reasons])
-    )
+    lines = [f"none of {len(ended)} envelopes is reached", *(f"  {reason}" for reason in reasons)]
+    return NoPlanError(f"roll-out of {file.name}", reasons, "\n".join(lines))
 
 
 def _by_region_query(context: PlanningContext, found: ItemEnvelopes, run: RollOut, seed: int) -> Reason:

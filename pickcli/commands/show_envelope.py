@@ -21,6 +21,7 @@ from pickcli.commands.options import (
 from pickcli.commands.scene_options import open_scene, scene_or_cell_options
 
 if TYPE_CHECKING:
+    from pickcli.grasping.envelope import Envelope
     from pickcli.page.envelope_page import EnvelopeRow
     from pickcli.scene.scene import PlacedItem, Scene
 
@@ -122,7 +123,8 @@ def _as_json(row: EnvelopeRow) -> dict[str, object]:
     told: dict[str, object] = {
         "name": envelope.name, "tool_state": row.tool_state, "about": envelope.surface.name.lower(),
         "low": envelope.low.tolist(), "high": envelope.high.tolist(), "cone": float(envelope.cone),
-        "depth": envelope.depth,
+        "depth": envelope.depth, "T_object_surface": envelope.T_object_surface.tolist(),
+        "alignment": _alignment(envelope),
     }  # fmt: skip
     if left is not None:
         part = left.envelope
@@ -131,9 +133,18 @@ def _as_json(row: EnvelopeRow) -> dict[str, object]:
             "reached": row.reached,
             "kept_low": None if part is None else part.low.tolist(),
             "kept_high": None if part is None else part.high.tolist(),
+            "kept_cone": None if part is None else float(part.cone),
+            "kept_alignment": None if part is None else _alignment(part),
             "against": None if left.against is None else str(left.against),
         }  # fmt: skip
     return told
+
+
+def _alignment(envelope: Envelope) -> dict[str, object] | None:
+    if (aligned := envelope.alignment) is None:
+        return None
+    axes = {"tool_axis": aligned.tool_axis.tolist(), "object_axis": aligned.object_axis.tolist()}
+    return {**axes, "angle": float(aligned.angle)}
 
 
 def _as_text(row: EnvelopeRow) -> str:

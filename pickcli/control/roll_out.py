@@ -19,7 +19,9 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 
 PERIOD = 0.01  # s
-NO_PROGRESS = 0.2  # s without a smaller error: a local minimum
+NO_PROGRESS = 0.2  # s without a smaller error, and still: a local minimum
+NO_PROGRESS_MOVING = 2.0  # s without a smaller error while it moves: an overshoot takes less
+STILL = 0.05  # rad/s or m/s
 LEAST_PROGRESS = 0.01  # of the error, by which it has to shrink in that time
 
 
@@ -125,7 +127,8 @@ def roll_out(
             return record.ended(End.REACHED)
         if left < (1.0 - LEAST_PROGRESS) * best or now.stack is not stack:
             best, since, stack = left, i * period, now.stack
-        if i * period - since > NO_PROGRESS:
+        stalled, is_still = i * period - since, float(np.abs(dq).max()) < STILL
+        if stalled > (NO_PROGRESS if is_still else NO_PROGRESS_MOVING):
             return record.ended(End.NOT_PROVEN if i * period - refused < NO_PROGRESS else End.LOCAL_MINIMUM)
         if i == last:
             break
