@@ -22,10 +22,7 @@ from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import World
 
 AVERAGE_TIME = 0.01  # s over which the force of a touch is averaged, after the filter of the torques
-CERTAIN_DEVIATIONS = 4.5  # standard deviations of an averaged force above which it is not noise
-CERTAIN_DEVIATIONS = (
-    2.0  # standard deviations of a predicted compression that it must be over what is allowed
-)
+CERTAIN_DEVIATIONS = 4.5  # standard deviations above which an averaged force, or a compression, is not noise
 LEAST_LEFT = 1e-3  # m left of the contact below which a stop would make no difference
 
 
