@@ -422,8 +422,8 @@ class Checker:
             influence: m, beyond which no pair counts.
 
         Returns:
-            (K,) signed distances in m, of the few nearest spheres of a frame with each solid; (K, n) their gradients, in m per rad or m; and (K, 3)
-            frame, kind (a ContactKind) and index of each pair, as in EdgeReport.
+            (K,) signed distances in m, of the few nearest spheres of each pair; (K, n) their gradients, in m per rad or
+            m; and (K, 3) frame, kind (a ContactKind) and index of each pair, as in EdgeReport.
 
         Raises:
             ValueError: A solid is held.
@@ -934,6 +934,42 @@ def solve_hierarchy(levels: Sequence[PriorityLevel], start: numpy.typing.NDArray
         start: (n,) where the search begins; where the least norms do not determine x, it stays near.
     """
 
+class SurfaceKind(enum.IntEnum):
+    """What the palm of a tool is about, and its coordinates."""
+
+    PLANE = 0
+    """x, y, z."""
+
+    CYLINDER = 1
+    """Azimuth, height, distance from the axis."""
+
+    SPHERE = 2
+    """Azimuth, elevation, distance from the middle."""
+
+def prove_pose_blocks(checker: Checker, surface: SurfaceKind, T_world_surface: numpy.typing.NDArray[numpy.float64], wanted: numpy.typing.NDArray[numpy.float64], R_nominal: numpy.typing.NDArray[numpy.float64], cone: float, centers: numpy.typing.NDArray[numpy.float64], radii: numpy.typing.NDArray[numpy.float64], frames: numpy.typing.NDArray[numpy.int32], low: numpy.typing.NDArray[numpy.float64], high: numpy.typing.NDArray[numpy.float64], margin: float, smallest: float, most_cells: int) -> numpy.typing.NDArray[numpy.int32]:
+    """
+    Prove a tool without its arm free at every pose of blocks of an envelope.
+
+    Args:
+        checker: Its world, and which solids each frame may touch.
+        surface: What the palm is about.
+        T_world_surface: (4, 4) frame of the surface, m.
+        wanted: (3,) unit, in the world: the axis across the normal from which roll is measured.
+        R_nominal: (3, 3) the tool in the frame of that axis and the approach.
+        cone: rad, half of the opening of the approach's cone.
+        centers: (S, 3) m, spheres of the tool in the frame of the palm.
+        radii: (S,) m.
+        frames: (S,) of each sphere.
+        low: (M, 6) least coordinates of the surface, roll and rotation vector across the normal, in m and rad.
+        high: (M, 6) the greatest ones.
+        margin: m, kept from everything.
+        smallest: m of clearance beyond the margin that is not looked for.
+        most_cells: Into which a block is divided.
+
+    Returns:
+        (M,) 1 where a block is proven free, else 0.
+    """
+
 class ReferenceKind(enum.IntEnum):
     """From what a distance is measured."""
 
@@ -1032,42 +1068,6 @@ def project_to_constraints(constraints: Sequence[PoseConstraint], chain: Chain, 
     Returns:
         (K, n) the configurations, (K,) their weighted distances from the reference, and (K,) 1 where all
         constraints are met, else 0.
-    """
-
-class SurfaceKind(enum.IntEnum):
-    """What the palm of a tool is about, and its coordinates."""
-
-    PLANE = 0
-    """x, y, z."""
-
-    CYLINDER = 1
-    """Azimuth, height, distance from the axis."""
-
-    SPHERE = 2
-    """Azimuth, elevation, distance from the middle."""
-
-def prove_pose_blocks(checker: Checker, surface: SurfaceKind, T_world_surface: numpy.typing.NDArray[numpy.float64], wanted: numpy.typing.NDArray[numpy.float64], R_nominal: numpy.typing.NDArray[numpy.float64], cone: float, centers: numpy.typing.NDArray[numpy.float64], radii: numpy.typing.NDArray[numpy.float64], frames: numpy.typing.NDArray[numpy.int32], low: numpy.typing.NDArray[numpy.float64], high: numpy.typing.NDArray[numpy.float64], margin: float, smallest: float, most_cells: int) -> numpy.typing.NDArray[numpy.int32]:
-    """
-    Prove a tool without its arm free at every pose of blocks of an envelope.
-
-    Args:
-        checker: Its world, and which solids each frame may touch.
-        surface: What the palm is about.
-        T_world_surface: (4, 4) frame of the surface, m.
-        wanted: (3,) unit, in the world: the axis across the normal from which roll is measured.
-        R_nominal: (3, 3) the tool in the frame of that axis and the approach.
-        cone: rad, half of the opening of the approach's cone.
-        centers: (S, 3) m, spheres of the tool in the frame of the palm.
-        radii: (S,) m.
-        frames: (S,) of each sphere.
-        low: (M, 6) least coordinates of the surface, roll and rotation vector across the normal, in m and rad.
-        high: (M, 6) the greatest ones.
-        margin: m, kept from everything.
-        smallest: m of clearance beyond the margin that is not looked for.
-        most_cells: Into which a block is divided.
-
-    Returns:
-        (M,) 1 where a block is proven free, else 0.
     """
 
 class DepthNoise:

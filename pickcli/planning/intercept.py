@@ -53,7 +53,7 @@ MOST_PACED = 0.85  # of the limits, for lines on a belt
 KEPT = 0.97  # of the limits of jerk, that a belt which changes its speed may use up beside the lines
 PACED_COMING = 0.9  # of the limits for the way to it, whose time is that of the belt
 TURNED = 0.35  # s in which a way off the belt turns back, and the axis comes to rest at its end
-WIDELY = 0.25  # s too late at one place of the belt, which is too late at all: the lines are the same
+WIDELY = 0.25  # s too late at one place of the belt, for which others are not tried: a rule, not a proof
 MOST_MEETINGS = 8  # that are tried for one grasp
 DEVIATION = 0.015  # m by which the belt may be off the plan while the arm follows it: 1 to 4 mm are usual
 

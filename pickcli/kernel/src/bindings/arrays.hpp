@@ -161,6 +161,20 @@ inline Pose to_pose(const double* m, const Name& name) {
   return {from_columns(ex, ey, cross(ex, ey)), {m[3], m[7], m[11]}};
 }
 
+//! A vector (3,).
+inline Vec3 vector_of(nb::handle in, const char* name) {
+  const Doubles v(in, name, {3});
+  return {v[0], v[1], v[2]};
+}
+
+//! A vector (3,) of unit length, to the last digit.
+inline Vec3 unit_of(nb::handle in, const char* name) {
+  const Vec3 v = vector_of(in, name);
+  const double length = norm(v);
+  if (!(std::abs(length - 1.0) < 1e-6)) throw nb::value_error((std::string(name) + ": not of unit length").c_str());
+  return (1.0 / length) * v;
+}
+
 inline void write_pose(const Pose& T, double* m) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) m[4 * row + column] = T.R(row, column);

@@ -389,8 +389,8 @@ Args:
     influence: m, beyond which no pair counts.
 
 Returns:
-    (K,) signed distances in m, of the few nearest spheres of a frame with each solid; (K, n) their gradients, in m per rad or m; and (K, 3)
-    frame, kind (a ContactKind) and index of each pair, as in EdgeReport.
+    (K,) signed distances in m, of the few nearest spheres of each pair; (K, n) their gradients, in m per rad or
+    m; and (K, 3) frame, kind (a ContactKind) and index of each pair, as in EdgeReport.
 
 Raises:
     ValueError: A solid is held.)")

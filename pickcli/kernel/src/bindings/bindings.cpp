@@ -19,6 +19,7 @@ Wrong shapes and values raise ValueError naming the argument.)";
   apc::bind_blend(m);
   apc::bind_parabolic(m);
   apc::bind_control(m);
+  apc::bind_pose_blocks(m);
   apc::bind_pose_constraints(m);
   apc::bind_rendering(m);
   apc::bind_perception(m);
