@@ -305,7 +305,20 @@ class PickContacts:
                 still touch them, because lines are followed only approximately.
         """
         turned = ANGLE_ERROR_SHARE * self.scene.noise_of(self.target).angle * self.first_stretch
-        return {name: max(0.0, slip + turned - c.gap) * c.normal for name, c in self.near.items()}
+        deeper = {name: slip + turned - self.near[name].gap for name in self.near}
+        least = {name: -self._apart(name) + slip if name in self._not_touched else 0.0 for name in self.near}
+        return {name: max(least[name], deeper[name]) * c.normal for name, c in self.near.items()}
+
+    @cached_property
+    def _not_touched(self) -> frozenset[str]:
+        """Near solids off the floor that the target is clear of at rest, if only by less than lines need."""
+        clearance = self.scene.cell.clearance
+        return frozenset(name for name in self.near_off_floor if self._apart(name) > clearance)
+
+    def _apart(self, name: str) -> float:
+        """Return the distance in m of a near solid, less what errors of both poses may take of it."""
+        bound = {placed.id: self.scene.bound(placed) for placed in self.scene.items}.get(name, 0.0)
+        return self.near[name].gap - self.scene.bound(self.target) - bound
 
     @cached_property
     def _met_by_cup_at(self) -> Callable[[Outward | None], frozenset[str]]:

@@ -119,11 +119,16 @@ class _Footing:
         beyond = points[:, None, :2] - self.starts[:, :2]
         return np.asarray((np.einsum("nki,ki->nk", beyond, self.outwards) > 0.0).any(axis=1))
 
-    def nearest(self, point: Array) -> Array:
-        """Return the point (K, 3) m of each edge that is nearest to a point (3,) m, seen from above."""
+    def feet(self, point: Array) -> Array:
+        """Return the foot (K, 3) m of a point (3,) m on the line of each edge, seen from above.
+
+        Beyond an edge it has the height of the edge's nearer end.
+        """
         along, beyond = self.edges[:, :2], point[:2] - self.starts[:, :2]
         share = np.einsum("ni,ni->n", beyond, along) / np.einsum("ni,ni->n", along, along)
-        return np.asarray(self.starts + np.clip(share, 0.0, 1.0)[:, None] * self.edges)
+        feet = self.starts + share[:, None] * self.edges
+        feet[:, 2] = self.starts[:, 2] + np.clip(share, 0.0, 1.0) * self.edges[:, 2]
+        return feet
 
 
 @dataclass(frozen=True)
@@ -213,7 +218,7 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     noise = contacts.scene.noise_of(target)
     T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip
     footing = _least_footing(contacts)
-    edges, ways = footing.nearest(T[:3, 3]), footing.outwards
+    edges, ways = footing.feet(T[:3, 3]), footing.outwards
     # It turns about its own edge, also if that is seen above what it stands on.
     edges[:, 2] = np.maximum(edges[:, 2], _underside(target, edges))
     to_centre, to_tip = T[:3, 3] - edges, tip[:3, 3] - edges

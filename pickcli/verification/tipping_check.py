@@ -8,8 +8,8 @@ its centre passes the edge before, or if the impact of the cup throws it there. 
 the lip, and each part of it until the item has left it: the lowest part stays on the longest.
 
 The support is sampled on vertical lines: the item bears wherever its underside is as near to a solid below as
-anywhere, within pose errors. Between the last bearing line and the next, bisection finds the edge, from
-inside. Against a press from above, the support is enlarged by horizontal pose errors, so that a refused press
+anywhere, within pose errors, and not steep: the side of an item that leans as perceived carries nothing.
+Between the last bearing line and the next, bisection finds the edge, from inside. Against a press from above, the support is enlarged by horizontal pose errors, so that a refused press
 tips the item for any of them.
 
 An item that does not stand by its weight is held from the side, which vertical lines do not show: it is not
@@ -39,6 +39,8 @@ from pickcli.verification.straightness_check import fastest_tip
 N_LINES = 41  # along each side of the item's footprint
 EDGE_WIDTH = 1e-3  # m, width of the edge of a support
 N_HALVINGS = 6  # of the gap between two lines, to find the edge in it
+STEEP = 1.0  # rise over run of an underside that does not carry: it slides off
+SLOPE_STEP = 1e-4  # m between lines that measure a slope
 N_ANGLES = 400  # angles up to the one at which an item falls over
 N_LIP = 36  # parts of the lip that press each by itself
 REBOUND = 2.0  # times the cup's speed: speed of an item that undamped bellows throw
@@ -244,9 +246,10 @@ def _support(scene: Scene, placed: PlacedItem) -> tuple[Array, float]:
     most = max(0.0, float(np.nanmin(gaps))) + own + TOUCH
 
     def bears(at: Array) -> Mask:
-        return np.asarray(_gaps(placed, own, below, at)[0] <= most)
+        return np.asarray(_gaps(placed, own, below, at)[0] <= most) & ~_is_steep(placed, at)
 
-    is_borne = (gaps <= most).reshape(N_LINES, N_LINES)
+    is_borne = (gaps <= most) & ~_is_steep(placed, lines.reshape(-1, 2))
+    is_borne = is_borne.reshape(N_LINES, N_LINES)
     points = np.vstack([lines[is_borne], _edges(lines, is_borne, bears)])
     return np.column_stack([points, _heights(placed.item.shape, T, points)[0]]), own + aside
 
@@ -271,6 +274,16 @@ def _gaps(
         if is_below.any():
             gaps, aside = np.minimum(gaps, np.where(is_below, gap, np.inf)), max(aside, bound)
     return gaps, aside
+
+
+def _is_steep(placed: PlacedItem, lines: Array) -> Mask:
+    """Whether the underside of an item is steep on vertical lines (N, 2); on an edge by its flatter side."""
+    shape, T = placed.item.shape, placed.T_world_item
+    here, slopes = _heights(shape, T, lines)[0], []
+    for step in SLOPE_STEP * np.eye(2):
+        rises = [np.abs(_heights(shape, T, lines + way * step)[0] - here) for way in (-1.0, 1.0)]
+        slopes.append(np.fmin(*rises) / SLOPE_STEP)
+    return np.asarray(np.hypot(*slopes) > STEEP)
 
 
 def _edges(lines: Array, is_borne: Mask, bears: Callable[[Array], Mask]) -> Array:
