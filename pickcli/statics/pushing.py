@@ -27,7 +27,7 @@ def pushable(supports: Supports, item_id: str) -> frozenset[str]:
     """Find the items that may be pushed aside when an item is lifted out of an open box.
 
     They are light, and lie so low that they stay in the box wherever they slide; and so is all that lies on
-    them and moves with them.
+    them and moves with them. Nothing that could fall over the rim would fall without them.
 
     Args:
         supports: The support relation of the scene.
@@ -44,13 +44,11 @@ def pushable(supports: Supports, item_id: str) -> frozenset[str]:
         for placed in graph.scene.in_location(graph.items[item_id].location)
         if placed.id != item_id
     }
-    firm = {
-        name
-        for name, placed in here.items()
-        if placed.item.heaviest > HEAVIEST or supports.highest_centre(name) >= rim
-    }
+    high = {name for name in here if supports.highest_centre(name) >= rim}
+    firm = high | {name for name, placed in here.items() if placed.item.heaviest > HEAVIEST}
     below = {name for each in firm for name in graph.chain(partial(_may_bear, supports), each)}
-    return frozenset(here.keys() - firm - below)
+    left = here.keys() - firm - below
+    return frozenset(name for name in left if not high or high.isdisjoint(supports.falling(name)))
 
 
 def riders(supports: Supports, item_id: str) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.hold_choice import load_ratios
 from pickcli.verification.load_check import GRAVITY, held_wrenches
-from pickcli.verification.pile_statics import carriers_of, lying_on
+from pickcli.verification.pile_statics import carriers_of, lying_on, removal
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.separation import overlap
 from pickcli.verification.static_solids import place_at
@@ -125,7 +125,9 @@ class PushedHeap:
     taken: PlacedItem
 
     def not_pushable(self, pushed: frozenset[str]) -> Iterator[Reason]:
-        """Find pushed items that are elsewhere, heavy, high, or below one that may not be pushed.
+        """Find pushed items that are elsewhere, heavy, high, or needed by one that may not be pushed.
+
+        Those are what lies on them, and what would fall without them and is so high that it may leave the box.
 
         None may be pushed where something is that nobody recognised: it would be pushed along.
 
@@ -136,7 +138,7 @@ class PushedHeap:
             Faults.
         """
         here = {placed.id: placed for placed in self.scene.in_location(self.place.name)}
-        rim = float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])
+        high = {name for name, placed in here.items() if not self._highest(placed) < self._rim} - pushed
         for body in self.scene.unrecognised_in(self.place.name)[:1]:
             yield _fault(", ".join(sorted(pushed)), f"nobody recognised what is at {body.name}")
         for name in sorted(pushed):
@@ -146,12 +148,14 @@ class PushedHeap:
                 continue
             if placed.item.heaviest > HEAVIEST:
                 yield _fault(name, f"it may have {placed.item.heaviest:.2f} kg, at most {HEAVIEST}")
-            highest = float(placed.T_world_item[2, 3]) + self._bound(placed)
-            if not highest < rim:
-                over = 1e3 * (highest - rim)
+            if not self._highest(placed) < self._rim:
+                over = 1e3 * (self._highest(placed) - self._rim)
                 yield _fault(name, f"its middle may be {over:.0f} mm over the rim of {self.place.name}")
             for other in sorted(lying_on(self.scene, name) - pushed - {self.taken.id}):
                 yield _fault(name, f"{other} lies on it and may not be pushed")
+            falling = removal(self.scene, name).falling if high else frozenset()
+            for other in sorted(high & falling - {self.taken.id}):
+                yield _fault(name, f"{other} would fall without it, and may fall over the rim")
 
     def carried_along(self, pushed: frozenset[str]) -> Iterator[Reason]:
         """Find the items that lie on or over the taken one with their centre over it.
@@ -234,6 +238,14 @@ class PushedHeap:
         if partly:
             reach = reach + other.item.shape.reach(across @ T_other[:3, :3])
         return bool((across @ (T_other[:3, 3] - T[:3, 3]) <= reach).all())
+
+    @property
+    def _rim(self) -> float:
+        return float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])
+
+    def _highest(self, placed: PlacedItem) -> float:
+        """Return the largest height in m of an item's middle within the error of its pose."""
+        return float(placed.T_world_item[2, 3]) + self._bound(placed)
 
     def _bound(self, placed: PlacedItem) -> float:
         return self.scene.bound(placed)

@@ -15,6 +15,7 @@ from pickcli.cartesian.corridor import RETREAT_DISTANCE, Corridor, corridor_tran
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
 from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
+from pickcli.collision.stage_contacts import PickContacts
 from pickcli.errors import Failures
 from pickcli.geometry import Array
 from pickcli.planning.pick_problem import PickProblem, once_per_problem
@@ -44,7 +45,7 @@ class Extraction:
         carrying: Checker of the item after that, when it may touch nothing.
         first_stretch: m, length of the first stretch.
         seed: Seed of planned ways.
-        pushes: Whether the item may push others aside on its way out of an open box.
+        sparing: The extraction without pushing, whose ways are preferred; None if the item may push nothing.
         further: m by which ways out of an open box lead on upwards, over items that rear up beside it.
     """
 
@@ -56,16 +57,16 @@ class Extraction:
     carrying: FreeItemChecker
     first_stretch: float
     seed: int
-    pushes: bool = False
+    sparing: Extraction | None = None
     further: float = 0.0
 
     @cached_property
     def corridors(self) -> tuple[Corridor, ...] | Failures:
         """The ways out for the item as a free flyer: the shortest simple ones, else planned ones."""
-        simple = self._simple(N_FEW)
-        if isinstance(simple, Failures):
-            return self._planned or simple
-        return simple
+        if self.sparing is not None and not isinstance(spared := self.sparing.simple(N_FEW), Failures):
+            return self._led_on(spared)
+        found = self.simple(N_FEW)
+        return self._planned or found if isinstance(found, Failures) else self._led_on(found)
 
     def transforms(self, ways: CorridorSet) -> tuple[Array, ...] | Failures:
         """Return the displacements of each way out, as they move the tool.
@@ -81,15 +82,24 @@ class Extraction:
             return self.corridors
         if ways is CorridorSet.FEW:
             return self._transforms(self.corridors)
-        simple = self._simple(N_MANY)
-        return self._transforms((*(() if isinstance(simple, Failures) else simple), *self._planned))
+        extractions = (self,) if self.sparing is None else (self.sparing, self)
+        simple = [many for each in extractions if not isinstance(many := each.simple(N_MANY), Failures)]
+        return self._transforms((*(way for many in simple for way in self._led_on(many)), *self._planned))
 
     def _transforms(self, ways: tuple[Corridor, ...]) -> tuple[Array, ...]:
         centre = (self.T_world_entry @ self.T_entry_item)[:3, 3]
         return tuple(corridor_transforms(way, self.T_world_entry, centre) for way in ways)
 
-    def _simple(self, n_most: int) -> tuple[Corridor, ...] | Failures:
-        found = corridors(
+    def simple(self, n_most: int) -> tuple[Corridor, ...] | Failures:
+        """Find simple ways out for the item as a free flyer.
+
+        Args:
+            n_most: Number of ways at most.
+
+        Returns:
+            The ways, the shortest first; or why there is none.
+        """
+        return corridors(
             self.place,
             self.T_entry_item,
             self.shape,
@@ -98,19 +108,17 @@ class Extraction:
             self.first_stretch,
             n_most,
         )
-        if isinstance(found, Failures) or self.further == 0.0:
-            return found
-        return tuple(
-            replace(way, retreat=(*way.retreat[:-1], self._led_on(way.retreat[-1]))) for way in found
-        )
 
-    def _led_on(self, end: Array) -> Array:
-        """Return a displacement (6,) that ends further outside; nothing but the arm is met up there."""
-        return np.asarray(end - np.array([self.further, *np.zeros(5)]))
+    def _led_on(self, ways: tuple[Corridor, ...]) -> tuple[Corridor, ...]:
+        """Return ways that end further outside; nothing but the arm is met up there."""
+        if self.further == 0.0:
+            return ways
+        beyond = np.array([self.further, *np.zeros(5)])
+        return tuple(replace(way, retreat=(*way.retreat[:-1], way.retreat[-1] - beyond)) for way in ways)
 
     @cached_property
     def _planned(self) -> tuple[Corridor, ...]:
-        if self.pushes:  # what is pushed may be anywhere but straight above
+        if self.sparing is not None:  # what is pushed may be anywhere but straight above
             return ()
         ways = OUT_OF_OPEN_BOX if self.place.access.is_from_above else OUT_OF_SHELF
         return planned_corridors(
@@ -128,7 +136,17 @@ def extraction_of(problem: PickProblem) -> Extraction:
     Returns:
         The extraction, with the contacts allowed in the lift and after it.
     """
-    scene, contacts, uncertainty = problem.scene, problem.contacts, problem.uncertainty
+    if not problem.pushed:
+        return _extraction(problem, problem.contacts)
+    return replace(
+        _extraction(problem, problem.contacts),
+        sparing=_extraction(problem, replace(problem.contacts, pushed=frozenset())),
+        further=max(0.0, problem.above_pushed - RETREAT_DISTANCE),
+    )
+
+
+def _extraction(problem: PickProblem, contacts: PickContacts) -> Extraction:
+    scene, uncertainty = problem.scene, problem.uncertainty
     item = problem.target.item
     free = FreeItem(item, problem.target.T_world_item, problem.T_world_entry[:3, :3], uncertainty)
     checker = partial(problem.context.checkers.item, scene, free)
@@ -142,6 +160,4 @@ def extraction_of(problem: PickProblem) -> Extraction:
         carrying=checker(contacts.while_carrying()),
         first_stretch=problem.context.settings.first_stretch,
         seed=derived_seed(problem.seed, "exit", problem.target.id),
-        pushes=bool(problem.pushed),
-        further=max(0.0, problem.above_pushed - RETREAT_DISTANCE),
     )
