@@ -9,7 +9,8 @@ Read in this order:
   moves one item: `attempt_runner` plans, with a `certifier` that has the verifier judge every candidate;
   `attempt_execution` executes and determines the outcome. Blocking items are moved aside: `clearing` searches
   them and their destinations, `aside_memory` keeps such moves from being undone; `room_making` moves what
-  takes the room of an item in a bin. What stands on edge is toppled: `toppling_memory` knows when.
+  takes the room of an item in a bin. What stands on edge is toppled: `toppling_memory` knows when. A
+  `jam_memory` knows which items are not to push others aside again.
 - Failures: `recovery_levels` after a stop; `arm_turns` when another arm is in the way.
 - Environment: `trial_interfaces`, implemented by the `simulated_cell`; `pod_shift` displaces the pod,
   `pose_noise` adds errors to perceived poses. What the robot perceives is by a `trial_perception`, of which

@@ -21,8 +21,10 @@ from pickcli.planning.start_state import Start
 from pickcli.planning.topple import TopplingQuery
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_seed
+from pickcli.statics.pushing import pushable
 from pickcli.statics.supports import supports_of
 from pickcli.trial.certifier import Certifier
+from pickcli.trial.jam_memory import JamMemory
 from pickcli.trial.trial_clock import TrialClock
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult, TrialInterfaces
 from pickcli.trial.trial_perception import PerceptionKind, Touched
@@ -62,6 +64,7 @@ class AttemptRunner:
         self.is_current = False
         self.perception = settings.perceiving(interfaces.arena.now())
         self._touched = Touched()
+        self._jams = JamMemory()
         self._seen = self.look()
 
     def scene(self) -> Scene:
@@ -170,6 +173,7 @@ class AttemptRunner:
 
         If items of the same open box are in the way, they are called again for a plan on which the item may
         push others aside. If some lean on the item, that comes first: friction may lift them along with it.
+        Among others between which the item jammed it is not tried again.
 
         Args:
             scene: The perceived scene.
@@ -185,6 +189,8 @@ class AttemptRunner:
             NoPlanError: There is no plan that the verifier accepts; with the reasons of both calls.
         """
         query, certifier = _query(attempt, exclude), certifier or self.certifier()
+        if not self._may_push(scene, attempt):
+            return self._first_plan(scene, attempt, query, certifier)
         pushing, is_leant_on = replace(query, neighbours=Neighbours.PUSH), _is_leant_on(scene, attempt)
         first, second = (pushing, query) if is_leant_on else (query, pushing)
         try:
@@ -201,6 +207,12 @@ class AttemptRunner:
             is_stuck = all(isinstance(each, NoExtractionError) for each in (avoiding, pushed))
             error_type = NoExtractionError if is_stuck else NoPlanError
             raise error_type(avoiding.query, avoiding.failures + pushed.failures) from None
+
+    def _may_push(self, scene: Scene, attempt: Attempt) -> bool:
+        """Whether the item of an attempt did not jam too often among what it would push aside."""
+        if not self._jams.jams or attempt.item not in {placed.id for placed in scene.items}:
+            return True
+        return self._jams.may_push(attempt.item, pushable(supports_of(scene), attempt.item))
 
     def _first_plan(self, scene: Scene, attempt: Attempt, query: PickQuery, certifier: Certifier) -> Plan:
         """Return the plan of a query by the first arm that has one.
@@ -361,7 +373,9 @@ class AttemptRunner:
         """
         if self.settings.perception is PerceptionKind.CAMERA:
             self._touched = self._touched.also(plan, self._seen.cell, self._seen)
-        return self._timed(self.interfaces.arena.execute(plan))
+        execution = self._timed(self.interfaces.arena.execute(plan))
+        self._jams.note(plan, execution)
+        return execution
 
     def let_go(self, open_to: ToolState | None = None) -> ExecutionResult:
         """Release the item at the present configuration.

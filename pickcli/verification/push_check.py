@@ -127,7 +127,7 @@ class PushedHeap:
     def not_pushable(self, pushed: frozenset[str]) -> Iterator[Reason]:
         """Find pushed items that are elsewhere, heavy, high, or needed by one that may not be pushed.
 
-        Those are what lies on them, and what would fall without them and is so high that it may leave the box.
+        That is what lies on them, and what would fall without them and is so high that it may leave the box.
 
         None may be pushed where something is that nobody recognised: it would be pushed along.
 

@@ -7,10 +7,11 @@ until the lifted weight balances the relaxing bellows, as if friction kept it fr
 its centre passes the edge before, or if the impact of the cup throws it there. The bellows press evenly along
 the lip, and each part of it until the item has left it: the lowest part stays on the longest.
 
-The support is sampled on vertical lines: the item bears wherever its underside is as near to a solid below as
-anywhere, within pose errors, and not steep: the side of an item that leans as perceived carries nothing.
-Between the last bearing line and the next, bisection finds the edge, from inside. Against a press from above, the support is enlarged by horizontal pose errors, so that a refused press
-tips the item for any of them.
+The support is sampled on vertical lines: the item bears wherever its underside is as near to a solid below
+as anywhere, within pose errors, and not steep: the side of an item that leans as perceived carries nothing.
+Between the last bearing line and the next, bisection finds the edge, from inside. Against a press from
+above, the support is enlarged by horizontal pose errors, so that a refused press tips the item for any of
+them.
 
 An item that does not stand by its weight is held from the side, which vertical lines do not show: it is not
 judged.

@@ -14,7 +14,7 @@ from pickcli.errors import Failures
 from pickcli.geometry import Array, pose
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.extraction import Extraction, extraction_of
+from pickcli.planning.stages.extraction import CorridorSet, Extraction, extraction_of
 from pickcli.planning.stages.lift_sampling import IN_OPEN_BOX, IN_SHELF, LiftSpace, climbed
 from pickcli.planning.stages.planned_extraction import MAX_LINES, OUT_OF_SHELF, planned_corridors
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -89,9 +89,19 @@ def test_out_of_an_open_box_it_is_led_out_from_under_what_reaches_over_it(overhu
 
 
 def test_what_pushes_others_aside_leaves_an_open_box_straight_up_or_not_at_all(overhung: Extraction) -> None:
-    failures = replace(overhung, pushes=True).corridors
+    failures = replace(overhung, sparing=overhung).corridors
     assert isinstance(failures, Failures)
     assert failures.in_the_way == ("kleenex_tissue_box",)
+
+
+def test_ways_without_pushing_are_preferred(context: PlanningContext) -> None:
+    free = ways_out(context, standing(context.cell, "up_glucose_bottle", 0.1, 0.0))
+    others = replace(free, first_stretch=free.first_stretch / 2)
+    found, spared = replace(free, sparing=others).corridors, others.corridors
+    assert not isinstance(found, Failures) and not isinstance(spared, Failures)
+    assert [way.first_stretch.tolist() for way in found] == [way.first_stretch.tolist() for way in spared]
+    many = replace(free, sparing=others).transforms(CorridorSet.MANY)
+    assert len(many) > len(others.transforms(CorridorSet.MANY))  # those that push come after them
 
 
 def is_proven(leaving: FreeItemChecker, carrying: FreeItemChecker, D: Array) -> bool:

@@ -138,6 +138,37 @@ def test_what_is_heavy_or_high_or_below_such_an_item_may_not_be_pushed(cell: Cel
     assert "dove_beauty_bar" in pushable(supports_of(aside), BOX)
 
 
+def propped(cell: Cell, height: float) -> Scene:
+    """A board (m high) that leans by 5 degrees against a box, and the target on the far side of that."""
+    lean, top, thick = np.radians(5.0), 0.12, 0.01
+    far, box, book = (in_tote(cell, name, 0.0, 0.0, 0.0) for name in (BOX, OTHER, BOOK))
+    R = rotation_axis_angle((0.0, 1.0, 0.0), lean)
+    along, off = np.array([np.sin(lean), 0.0, np.cos(lean)]), np.array([np.cos(lean), 0.0, -np.sin(lean)])
+    at = along * height / 2 - off * thick / 2 + (0.0, 0.0, 0.0002)
+    T = in_tote_at(cell, at) @ pose([0.0, 0.0, 0.0], R=R)
+    shape = Shape(ShapeKind.BOX, (thick, 0.09, height))
+    board = replace(book, item=replace(book.item, shape=shape), T_world_item=T)
+    edge = top * np.tan(lean) + 0.0003
+    shape = Shape(ShapeKind.BOX, (0.06, 0.09, top))
+    T = in_tote_at(cell, [edge + 0.03, 0.0, top / 2 + 0.0002])
+    prop = replace(box, item=replace(box.item, shape=shape), T_world_item=T)
+    target = replace(far, T_world_item=in_tote_at(cell, [0.2, 0.0, float(far.item.shape.extents[2]) / 2]))
+    return Scene(cell, cell.T_world_pod, (target, prop, board), PoseNoise(0.001, float(np.radians(0.5))))
+
+
+@pytest.mark.parametrize(("height", "may_be_pushed"), [(0.36, True), (0.46, False)])
+def test_what_keeps_a_high_item_from_falling_may_not_be_pushed(
+    cell: Cell, height: float, may_be_pushed: bool
+) -> None:
+    scene = propped(cell, height)
+    supports, heap = supports_of(scene), PushedHeap(scene, cell.places[TOTE], scene.find(BOX))
+    assert BOOK in supports.falling(OTHER)
+    assert BOOK not in supports.graph.lying_on(OTHER)
+    assert (OTHER in pushable(supports, BOX)) is may_be_pushed
+    told = "; ".join(map(str, heap.not_pushable(frozenset({OTHER}))))
+    assert ("would fall without it, and may fall over the rim" in told) is not may_be_pushed
+
+
 def test_nothing_is_pushed_in_a_bin_or_into_a_place(
     context: PlanningContext, cell: Cell, home: Start, heap: Scene
 ) -> None:

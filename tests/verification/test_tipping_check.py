@@ -260,6 +260,24 @@ def test_a_cup_throws_by_the_lowest_part_of_its_lip() -> None:
         assert falls_over(scene, item, press) is falls
 
 
+@pytest.mark.parametrize("lean", [0.02, 0.06])
+def test_what_leans_as_it_is_perceived_turns_about_its_own_edge(lean: float) -> None:
+    """Its side, which faces down a little, is as near to the floor as poses may be off, but carries nothing."""
+    b, z, height, error = 0.02, 0.03, 0.045, 0.06
+    R = rotation_axis_angle(np.array([0.0, 1.0, 0.0]), lean)
+    centre = R @ [-b, 0.0, z]  # of a box with its edge at the origin
+    item = lying("item", Shape(ShapeKind.BOX, (2 * b, 0.08, 2 * z)), pose(centre, R=R), 0.2)
+    floor = lying("floor", Shape(ShapeKind.BOX, (0.5, 0.5, 0.02)), pose((0.0, 0.0, -0.01)), 1.0)
+    scene = make_scene(item, floor, noise=PoseNoise(0.0, error))
+    to_edge = np.arctan2(-centre[0], centre[2])
+    lifting = GRAVITY * np.hypot(b, z) * (np.cos(error) - np.cos(to_edge))
+    turn = np.sqrt(2.0 * MOST_THROWN * lifting / ((b**2 + z**2) * 4.0 / 3.0))
+    across = np.column_stack([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
+    for share, falls in ((0.97, False), (1.03, True)):
+        press = Press(pose((-2 * b, 0.0, height), R=across), 0.0, 1e-6, float(share * turn * height / 2.0))
+        assert falls_over(scene, item, press) is falls
+
+
 def test_what_is_as_deep_as_the_press_is_high_slides() -> None:
     for depth, falls in ((0.11, True), (0.13, False)):
         scene, item = standing(depth=depth)
