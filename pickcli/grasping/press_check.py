@@ -128,7 +128,7 @@ class _Footing:
         share = np.einsum("ni,ni->n", beyond, along) / np.einsum("ni,ni->n", along, along)
         feet = self.starts + share[:, None] * self.edges
         feet[:, 2] = self.starts[:, 2] + np.clip(share, 0.0, 1.0) * self.edges[:, 2]
-        return feet
+        return np.asarray(feet)
 
 
 @dataclass(frozen=True)

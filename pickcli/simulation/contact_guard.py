@@ -1,17 +1,19 @@
-"""Guarded contact: stops the arm if the cup meets its item too early, before the bellows bottom out.
+"""Guarded contact: stops the arm before the bellows bottom out, on an item met too early or one that jams.
 
-A tool that approaches a surface with an uncertain position moves until it feels a force (the guarded move of
-Will and Grossman, IEEE Transactions on Computers, 1975). The robot senses the force by its motor torques, as
-in ``supervision``. Bellows comply, so a touch alone is no reason to stop; the force and the remaining
-way to the end of the contact, relative to the belt if the item rides on one, predict how far they will be
-compressed. Both change, their sum does not, so it is averaged since the touch.
+A tool that approaches a surface with an uncertain position moves until it feels a force (the guarded move
+of Will and Grossman, IEEE Transactions on Computers, 1975). The robot senses the force by its motor
+torques, as in ``supervision``. Bellows comply, so a touch alone is no reason to stop; the force and the
+remaining way to the end of the contact, relative to the belt if the item rides on one, predict how far they
+will be compressed. Both change, their sum does not, so it is averaged since the touch. As the cup pushes an
+item over or off others, nothing is predicted: the force, in whatever direction, tells how far they are
+compressed now.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from pickcli.geometry import Array
+from pickcli.geometry import Array, length
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import Plan
@@ -24,6 +26,8 @@ from pickcli.simulation.world import World
 AVERAGE_TIME = 0.01  # s over which the force of a touch is averaged, after the filter of the torques
 CERTAIN_DEVIATIONS = 4.5  # standard deviations above which an averaged force, or a compression, is not noise
 LEAST_LEFT = 1e-3  # m left of the contact below which a stop would make no difference
+PUSH_TIME = 0.02  # s over which the force of a push is averaged: pushes are slow
+MOST_PUSH = 0.6  # of the force of fully compressed bellows, as the cup pushes: the arm comes to rest later
 
 
 class ContactGuard:
@@ -47,7 +51,8 @@ class ContactGuard:
 
     def _forget(self) -> None:
         """Begin a new contact."""
-        self._force = 0.0  # N at the tool, averaged
+        self._force = 0.0  # N along the tool, averaged
+        self._pushing = np.zeros(3)  # N at the tool, averaged
         self._n_pressed, self._pressed = 0, 0.0  # steps since the touch, and mean of the prediction, m
 
     def update(self, segment: Segment, t_plan: float) -> ProtectiveStop | None:
@@ -61,9 +66,11 @@ class ContactGuard:
             The required stop, or None.
         """
         world, grip = self._world, self._world.robot.tool.grip
-        if segment.kind is not SegmentKind.CONTACT or grip.gives_way == 0.0:
+        if segment.kind not in (SegmentKind.CONTACT, SegmentKind.PUSH) or grip.gives_way == 0.0:
             self._forget()
             return None
+        if segment.kind is SegmentKind.PUSH:
+            return self._jam(segment)
         tip = self._arm.tip(world.q, segment.tool_state)
         force, noise = self._force_along(tip[:3, 2], segment)
         self._force += world.time_step / AVERAGE_TIME * (force - self._force)
@@ -81,6 +88,21 @@ class ContactGuard:
         if self._pressed <= most:
             return None
         return ProtectiveStop(StopCause.EARLY_CONTACT, "bellows", self._pressed, most, "m", world.t)
+
+    def _jam(self, segment: Segment) -> ProtectiveStop | None:
+        """The stop if the cup pushes with more force than what it is to push explains."""
+        world = self._world
+        force, covariance = self._tool_force(segment)
+        self._pushing += world.time_step / PUSH_TIME * (force - self._pushing)
+        most, measured = MOST_PUSH * world.tool.max_press, length(self._pushing)
+        if measured <= most:
+            return None
+        way = self._pushing / measured
+        noise = self._white * float(np.sqrt(way @ covariance @ way)) * self._noise_share(PUSH_TIME)
+        most += CERTAIN_DEVIATIONS * noise
+        if measured <= most:
+            return None
+        return ProtectiveStop(StopCause.CONTACT, "cup", measured, most, "N", world.t)
 
     def _noise_share(self, average_time: float) -> float:
         """Noise of a torque after its filter and a second one (s), by that of one reading: it is white.
@@ -112,14 +134,20 @@ class ContactGuard:
     def _force_along(self, axis: Array, segment: Segment) -> tuple[float, float]:
         """Force in N with which the tool presses along an axis (3,), and its noise by that of one torque.
 
-        Weighted least squares of a force in any direction: each motor's noise is the same share of its
-        largest torque. The lip rubs on the face; a force along the axis alone would take that for pressing.
+        The lip rubs on the face; least squares of a force along the axis alone would take that for pressing.
+        """
+        force, covariance = self._tool_force(segment)
+        return float(force @ axis), self._white * float(np.sqrt(axis @ covariance @ axis))
+
+    def _tool_force(self, segment: Segment) -> tuple[Array, Array]:
+        """Force (3,) in N with which the tool presses, and its covariance (3, 3) by that of one torque.
+
+        Weighted least squares: each motor's noise is the same share of its largest torque.
         """
         jacobian = self._arm.jacobian(self._world.q, segment.tool_state)[:3]
         per_newton = jacobian / self._motor_forces
-        by_force = np.linalg.pinv(per_newton @ per_newton.T) @ axis
-        force = float(by_force @ per_newton @ (self._external.value / self._motor_forces))
-        return force, self._white * float(np.sqrt(by_force @ axis))
+        covariance = np.linalg.pinv(per_newton @ per_newton.T)
+        return covariance @ per_newton @ (self._external.value / self._motor_forces), covariance
 
 
 def _axis_along_belt(plan: Plan, world: World) -> tuple[int, float, Array] | None:

@@ -145,7 +145,7 @@ def propped(cell: Cell, height: float) -> Scene:
     R = rotation_axis_angle((0.0, 1.0, 0.0), lean)
     along, off = np.array([np.sin(lean), 0.0, np.cos(lean)]), np.array([np.cos(lean), 0.0, -np.sin(lean)])
     at = along * height / 2 - off * thick / 2 + (0.0, 0.0, 0.0002)
-    T = in_tote_at(cell, at) @ pose([0.0, 0.0, 0.0], R=R)
+    T = in_tote_at(cell, at.tolist()) @ pose([0.0, 0.0, 0.0], R=R)
     shape = Shape(ShapeKind.BOX, (thick, 0.09, height))
     board = replace(book, item=replace(book.item, shape=shape), T_world_item=T)
     edge = top * np.tan(lean) + 0.0003

@@ -22,6 +22,7 @@ from pickcli.planning.start_state import Start
 from pickcli.planning.topple import TopplingQuery, plan_topple
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.execute import execute
+from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.world import World
 from pickcli.statics.supports import supports_of
 from pickcli.verification.straightness_check import tip_points
@@ -225,4 +226,19 @@ def test_what_no_push_turns_over_is_pushed_off_what_it_lies_on() -> None:
     beside = np.abs((inverse(cards.T_world_item) @ now.find(BOX).T_world_item)[:2, 3])
     assert (beside > cards.item.shape.extents[:2] / 2).any()
     assert now.find(BOX).location == now.find(CARDS).location == CRATE
+    world.close()
+
+
+def test_what_cannot_be_pushed_off_stops_the_cup() -> None:
+    """The side of the cup is rigid: it knocks at an item that is a hundred times too heavy, and stops."""
+    on_it = lying(BOX, 0.0, 0.0, up=HIGH, item=box(0.09, 0.07, 0.045))
+    scene = crate(on_it, lying(CARDS, 0.0, 0.0))
+    plan = topple(scene)
+    heavy = scene.moved(replace(on_it, item=replace(on_it.item, mass=4.0)))
+    world = World(heavy, HOME.q, HOME.tool_state)
+    run = execute(plan, world)
+    assert run.stop_cause is StopCause.CONTACT and "cup" in run.stopped
+    assert max(c.t_end - c.t_start for c in world.contacts.collisions) < 0.03
+    moved = (world.placed(BOX).T_world_item - on_it.T_world_item)[:3, 3]
+    assert float(np.linalg.norm(moved)) < 0.005
     world.close()

@@ -262,7 +262,7 @@ def test_a_cup_throws_by_the_lowest_part_of_its_lip() -> None:
 
 @pytest.mark.parametrize("lean", [0.02, 0.06])
 def test_what_leans_as_it_is_perceived_turns_about_its_own_edge(lean: float) -> None:
-    """Its side, which faces down a little, is as near to the floor as poses may be off, but carries nothing."""
+    """Its side faces down a little, as near to the floor as poses may be off, but carries nothing."""
     b, z, height, error = 0.02, 0.03, 0.045, 0.06
     R = rotation_axis_angle(np.array([0.0, 1.0, 0.0]), lean)
     centre = R @ [-b, 0.0, z]  # of a box with its edge at the origin
