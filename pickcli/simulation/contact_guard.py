@@ -5,8 +5,7 @@ of Will and Grossman, IEEE Transactions on Computers, 1975). The robot senses th
 torques, as in ``supervision``. Bellows comply, so a touch alone is no reason to stop; the force and the
 remaining way to the end of the contact, relative to the belt if the item rides on one, predict how far they
 will be compressed. Both change, their sum does not, so it is averaged since the touch. As the cup pushes an
-item over or off others, nothing is predicted: the force, in whatever direction, tells how far they are
-compressed now.
+item over or off others, nothing is predicted: the force along and across the cup says how hard it pushes.
 """
 
 from __future__ import annotations
@@ -27,7 +26,8 @@ AVERAGE_TIME = 0.01  # s over which the force of a touch is averaged, after the 
 CERTAIN_DEVIATIONS = 4.5  # standard deviations above which an averaged force, or a compression, is not noise
 LEAST_LEFT = 1e-3  # m left of the contact below which a stop would make no difference
 PUSH_TIME = 0.02  # s over which the force of a push is averaged: pushes are slow
-MOST_PUSH = 0.6  # of the force of fully compressed bellows, as the cup pushes: the arm comes to rest later
+MOST_PUSH = 0.6  # of the force of fully compressed bellows, along them: the arm comes to rest later
+MOST_KNOCK = 0.35  # of the same, across: the side of the cup is rigid
 
 
 class ContactGuard:
@@ -92,17 +92,20 @@ class ContactGuard:
     def _jam(self, segment: Segment) -> ProtectiveStop | None:
         """The stop if the cup pushes with more force than what it is to push explains."""
         world = self._world
+        axis = self._arm.tip(world.q, segment.tool_state)[:3, 2]
         force, covariance = self._tool_force(segment)
         self._pushing += world.time_step / PUSH_TIME * (force - self._pushing)
-        most, measured = MOST_PUSH * world.tool.max_press, length(self._pushing)
-        if measured <= most:
-            return None
-        way = self._pushing / measured
-        noise = self._white * float(np.sqrt(way @ covariance @ way)) * self._noise_share(PUSH_TIME)
-        most += CERTAIN_DEVIATIONS * noise
-        if measured <= most:
-            return None
-        return ProtectiveStop(StopCause.CONTACT, "cup", measured, most, "N", world.t)
+        along = float(self._pushing @ axis) * axis
+        for push, share in ((along, MOST_PUSH), (self._pushing - along, MOST_KNOCK)):
+            most, measured = share * world.tool.max_press, length(push)
+            if measured <= most:
+                continue
+            way = push / measured
+            noise = self._white * float(np.sqrt(way @ covariance @ way)) * self._noise_share(PUSH_TIME)
+            most += CERTAIN_DEVIATIONS * noise
+            if measured > most:
+                return ProtectiveStop(StopCause.CONTACT, "cup", measured, most, "N", world.t)
+        return None
 
     def _noise_share(self, average_time: float) -> float:
         """Noise of a torque after its filter and a second one (s), by that of one reading: it is white.
