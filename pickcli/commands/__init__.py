@@ -17,7 +17,8 @@ Read in this order:
 - Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow
   and --move, `query_execution` answers them.
 - Functions that commands share: `plan_verification` and `plan_execution` for plans, `pick_request` and
-  `experience_session` for queries, `building` for builds, `progress_bar`; `named_camera` for cameras.
+  `experience_session` for queries, `building` for builds, `progress_bar`; `named_camera` for cameras and
+  `camera_pictures` for what they take or took.
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
   inspect`, `checked_texts` for `apc check`, `perceived_lines`, `execution_report` and `trial_table`;
   `played_stream` plays and reports a trial of a stream.

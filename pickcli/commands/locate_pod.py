@@ -15,7 +15,7 @@ from pickcli.commands.named_camera import camera_options, named_camera
 from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.perceived_lines import pod_lines
-from pickcli.commands.scene_options import open_scene, scene_options
+from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,10 +29,11 @@ if TYPE_CHECKING:
 
 
 @click.command("locate-pod", cls=Command)
-@scene_options
+@scene_or_cell_options
 @camera_options
-@click.option("--recorded", "recorded", type=PATH, metavar="FILE.png",
-              help="Depth that the camera recorded there: 16 bits, 0 for nothing.  "
+@click.option("--recorded", "recorded", type=PATH, metavar="FILE",
+              help="Depth that the camera recorded there: a PNG of 16 bits, 0 for nothing; or a recording "
+                   "with intrinsics and pose (.json, see apc render --recording).  "
                    "[default: rendered of the scene, with the noise of the sensor]")  # fmt: skip
 @click.option("--depth-step", "step_mm", type=FiniteRange(0.001, 10.0), default=0.1, show_default=True,
               metavar="MM", help="What one step of a recorded depth is.")  # fmt: skip
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 @seed_option
 @json_option
 def command(
-    scene_path: Path, cell_name: str | None, items_path: Path | None, name: str, at: str,
+    scene_path: Path | None, cell_name: str | None, items_path: Path | None, name: str, at: str,
     recorded: Path | None, step_mm: float, output: Path, arm: str | None, standing: tuple[str, ...],
     seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
@@ -57,6 +58,7 @@ def command(
     Example:
       apc locate-pod --scene scene.json --camera hand --at cam_E -o pod.json
       apc locate-pod --scene scene.json --camera hand --at cam_E -o pod.json --overwrite --json
+      apc locate-pod --cell apc2016_delft --camera hand --recorded seen.json -o pod.json
     """
     from pickcli.perception.camera_pose import camera_pose
     from pickcli.perception.depth_picture import DepthPicture, read_depth
@@ -65,7 +67,10 @@ def command(
 
     refuse_output(output, overwrite, scene_path, cell_name, items_path, recorded)
     refuse_suffix(output, (".json",), "the pose of a pod")
-    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path, camera=name))
+    if scene_path is None and recorded is None:
+        raise click.UsageError("nothing to look at: name a scene with --scene, or a picture with --recorded")
+    arms = ArmRequest(arm, standing, (at,), items=items_path, camera=name)
+    scene = scene_or_empty(scene_path, cell_name, arms)
     camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
     noise = camera.model.depth
     if noise is None:
@@ -74,6 +79,8 @@ def command(
     T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
     if recorded is None:
         picture = _rendered(scene, camera, begin, T_world_camera, seed)
+    elif _is_recording(recorded):
+        picture = _recorded(recorded, scene, name)
     else:
         picture = DepthPicture(camera.model.camera, T_world_camera, read_depth(recorded, 1e-3 * step_mm))
     try:
@@ -93,6 +100,24 @@ def command(
     for line in pod_lines(pod, scene.cell):
         click.echo(line)
     click.echo(f"pose: {output}")
+
+
+def _is_recording(path: Path) -> bool:
+    """Whether a file describes a recording; all others are taken for pictures."""
+    from pickcli.files.bounded_reading import read_kind
+    from pickcli.files.file_kind import RECORDING
+
+    return read_kind(path) is RECORDING
+
+
+def _recorded(path: Path, scene: Scene, name: str) -> DepthPicture:
+    """The depth of a recording of a camera."""
+    from pickcli.perception.recorded_picture import read_recording
+
+    recording = read_recording(path)
+    if recording.camera != name:
+        raise InputError(f"{path}: is of camera {recording.camera}, not of {name}; name it with --camera")
+    return recording.depth_picture(recording.mounted(scene.cell).model)
 
 
 def _rendered(

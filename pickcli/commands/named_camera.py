@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP
+from pickcli.commands.option_types import PATH
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+_CAMERA_HELP = "A camera under sensors of the cell (apc inspect lists them)."
 
 
 def camera_options(function: F) -> F:
@@ -26,15 +29,33 @@ def camera_options(function: F) -> F:
     Returns:
         The command with the options.
     """
-    at = click.option(
-        "--at", metavar=CONFIGURATION, default="home", show_default=True,
+    camera = click.option("--camera", "name", metavar="NAME", required=True, help=_CAMERA_HELP)
+    return camera(_at_option(function, "home"))
+
+
+def camera_or_recording_options(function: F) -> F:
+    """Give a command the options --camera NAME and --at CONFIGURATION, or --recorded FILE in their place.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options.
+    """
+    camera = click.option("--camera", "name", metavar="NAME", help=_CAMERA_HELP)
+    recorded = click.option(
+        "--recorded", "recorded", type=PATH, metavar="FILE.json", multiple=True,
+        help="Recording of a picture that a camera took, instead of --camera and --at (see apc render "
+             "--recording); may be repeated for looks from several places.",
+    )  # fmt: skip
+    return camera(_at_option(recorded(function), None))
+
+
+def _at_option(function: F, default: str | None) -> F:
+    return click.option(
+        "--at", metavar=CONFIGURATION, default=default, show_default=default or "home",
         help=f"Where the arm is: {CONFIGURATION_HELP}",
-    )  # fmt: skip
-    camera = click.option(
-        "--camera", "name", metavar="NAME", required=True,
-        help="A camera under sensors of the cell (apc inspect lists them).",
-    )  # fmt: skip
-    return camera(at(function))
+    )(function)  # fmt: skip
 
 
 def named_camera(cell: Cell, name: str) -> MountedCamera:

@@ -2,35 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.camera_pictures import CameraPicture, recorded_pictures, refuse_half, simulated_picture
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import parse_start
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import camera_options, named_camera
+from pickcli.commands.named_camera import camera_or_recording_options
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output, refuse_same, seed_option
 from pickcli.commands.perceived_lines import perceived_lines
-from pickcli.commands.scene_options import open_scene, scene_options
+from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
 
 if TYPE_CHECKING:
     from pickcli.cell.place import Place
-    from pickcli.cell.sensors.mounted_camera import MountedCamera
     from pickcli.perception.items.item_observation import PlaceObservation
-    from pickcli.perception.items.rgbd_picture import RgbdPicture
-    from pickcli.perception.rendered_scene import RenderedScene
-    from pickcli.planning.start_state import Start
+    from pickcli.perception.items.item_perception import ListedItem
+    from pickcli.perception.items.room_sight import RoomSight
     from pickcli.scene.scene import Scene
+
+_Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 
 
 @click.command("perceive", cls=Command)
-@scene_options
-@camera_options
+@scene_or_cell_options
+@click.option("--order", "order_path", type=PATH, metavar="ORDER",
+              help="Order that says what is in each place.  [default: what the scene has there]")  # fmt: skip
+@camera_or_recording_options
 @click.option("--bin", "bin_names", metavar="PLACE", multiple=True,
               help="Bin, or other place, whose items are looked for; may be repeated.  "
                    "[default: all with items whose room is seen at least to half]")  # fmt: skip
@@ -47,14 +50,16 @@ if TYPE_CHECKING:
 @seed_option
 @json_option
 def command(
-    scene_path: Path, cell_name: str | None, items_path: Path | None, name: str, at: str,
-    bin_names: tuple[str, ...], pod_path: Path | None, output: Path, picture_path: Path | None,
-    texture_seed: int, arm: str | None, standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
+    scene_path: Path | None, cell_name: str | None, items_path: Path | None, order_path: Path | None,
+    name: str | None, at: str | None, recorded: tuple[Path, ...], bin_names: tuple[str, ...],
+    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int, arm: str | None,
+    standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Find the listed items of bins in one look of a camera.
+    """Find the listed items of bins in pictures of a camera.
 
-    The camera sees the scene in colour and in depth with the noise of its sensor. What is in each bin is
-    known by name, as an order says; where it is follows from the picture alone. Each answer has a pose and a
+    The camera sees the scene in colour and in depth with the noise of its sensor, or its pictures were
+    recorded; of several, answers are what looks from two places agree on. What is in each bin is known by
+    name, as an order says; where it is follows from the pictures alone. Each answer has a pose and a
     confidence, and is refused with a reason where that is too low.
 
     \b
@@ -63,32 +68,46 @@ def command(
       apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json --picture perceived.png
       apc perceive --scene scene.json --camera hand --at cam_E --bin bin_E -o perceived.json --json
       apc perceive --scene scene.json --camera hand --at cam_E --pod pod.json -o perceived.json
+      apc perceive --order order.json --cell apc2016_delft --recorded seen.json -o perceived.json
     """
     from pickcli.files.png_file import write_png
     from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
     from pickcli.perception.perceived_picture import perceived_picture
-    from pickcli.perception.rendered_scene import RenderedScene
 
-    refuse_output(output, overwrite, scene_path, cell_name, items_path, pod_path)
+    refuse_half(name, at, recorded)
+    inputs = (scene_path, cell_name, items_path, order_path, pod_path, *recorded)
+    refuse_output(output, overwrite, *inputs)
     refuse_suffix(output, (".json",), "a file of perceived items")
     if picture_path is not None:
-        refuse_output(picture_path, overwrite, scene_path, cell_name, items_path, pod_path)
+        refuse_output(picture_path, overwrite, *inputs)
         refuse_suffix(picture_path, (".png",), "a picture")
         refuse_same(output, picture_path)
-    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path, camera=name))
-    camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
-    where = f"camera {name} at {at}"
-    rgbd = _rgbd(scene, where, (camera, begin), (texture_seed, seed))
+    if not recorded and scene_path is None:
+        raise click.UsageError("nothing to look at: name a scene with --scene, or pictures with --recorded")
+    configurations = () if recorded else (at or "home",)
+    arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
+    scene = scene_or_empty(scene_path, cell_name, arms)
+    contents = _contents(scene, order_path)
+    if recorded:
+        taken = recorded_pictures(scene, recorded)
+    else:
+        assert name is not None
+        taken = (simulated_picture(scene, name, at or "home", (texture_seed, seed)),)
     if pod_path is not None:
         scene = _with_pod(scene, pod_path)
-    known = RenderedScene.of(replace(scene, items=()), begin.q, begin.tool_state)
-    places = _places(scene, bin_names, rgbd, known, where)
+    places = _places(scene, bin_names, contents, taken)
     with stage("perception"):
-        found = tuple(_perceived(scene, rgbd, place, known) for place in places)
-    perceived = Perceived(scene.cell.name, camera.name, camera.model.name, rgbd.T_world_camera, found)
+        found = tuple(_perceived(scene, contents, place, taken) for place in places)
+    first = taken[0]
+    others = tuple(each.rgbd.T_world_camera for each in taken[1:])
+    perceived = Perceived(
+        scene.cell.name, first.camera.name, first.camera.model.name, first.rgbd.T_world_camera, found,
+        also_from=others,
+    )  # fmt: skip
     write_perceived(perceived, output, overwrite)
     if picture_path is not None:
-        write_png(perceived_picture(rgbd, known, perceived), picture_path, overwrite)
+        known = first.known(scene)
+        write_png(perceived_picture(first.rgbd, known, perceived), picture_path, overwrite)
     if as_json:
         drawn = {} if picture_path is None else {"picture": str(picture_path)}
         emit_json({**perceived_values(perceived), "path": str(output), **drawn, "seed": seed})
@@ -99,6 +118,23 @@ def command(
     click.echo(f"answers: {output}")
     if picture_path is not None:
         click.echo(f"picture: {picture_path}")
+
+
+def _contents(scene: Scene, order_path: Path | None) -> _Contents:
+    """What is listed to be in each place: by an order, or else as the scene has it."""
+    from pickcli.perception.items.item_perception import ListedItem
+    from pickcli.random_scenes.make_scene import instances_of
+    from pickcli.trial.order_file import read_order
+
+    if order_path is None:
+        held = None if scene.held is None else scene.held.id
+        return {
+            name: [ListedItem(each.id, each.item) for each in scene.in_location(name) if each.id != held]
+            for name in scene.cell.places
+        }
+    order = read_order(order_path, scene.cell)
+    listed = instances_of(order.contents, scene.cell, order.year)
+    return {name: [ListedItem(each.id, each.item) for each in items] for name, items in listed.items()}
 
 
 def _with_pod(scene: Scene, path: Path) -> Scene:
@@ -116,42 +152,12 @@ def _with_pod(scene: Scene, path: Path) -> Scene:
     return replace(scene, T_world_pod=perceived.pod.T_world_pod, pod_error=perceived.pod.error)
 
 
-def _rgbd(scene: Scene, where: str, at: tuple[MountedCamera, Start], seeds: tuple[int, int]) -> RgbdPicture:
-    """What the camera sees; seeds of prints and of noise."""
-    import numpy as np
-
-    from pickcli.errors import InputError
-    from pickcli.perception.camera_pose import camera_pose
-    from pickcli.perception.depth_picture import measure_depth
-    from pickcli.perception.items.rgbd_picture import RgbdPicture
-    from pickcli.perception.looks import colour_picture
-    from pickcli.perception.rendered_scene import RenderedScene
-
-    camera, begin = at
-    model = camera.model
-    if model.depth is None:
-        raise InputError(
-            f"camera {camera.name}: {model.name} measures no depth, by which items are found; choose another"
-        )
-    with stage("rendering"):
-        T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
-        rendered = RenderedScene.of(scene, begin.q, begin.tool_state)
-        depth = measure_depth(rendered, model, T_world_camera, seeds[1]).depth
-        if not np.isfinite(depth).any():
-            raise InputError(
-                f"{where}: nothing is measured in any pixel; {model.name} measures from "
-                f"{model.depth.least:g} to {model.depth.greatest:g} m; move the arm with --at before a place"
-            )
-        colour = colour_picture(rendered, model.camera, T_world_camera, seeds[0])
-        return RgbdPicture(model, T_world_camera, depth, colour)
-
-
 def _places(
-    scene: Scene, names: tuple[str, ...], rgbd: RgbdPicture, known: RenderedScene, where: str
+    scene: Scene, names: tuple[str, ...], contents: _Contents, taken: Sequence[CameraPicture]
 ) -> list[Place]:
-    """The named places, or those that the picture shows enough of."""
+    """The named places, or those of which a picture shows enough."""
     from pickcli.errors import InputError, UnknownNameError
-    from pickcli.perception.items.room_sight import LEAST_SEEN, coarse_view, room_sight
+    from pickcli.perception.items.room_sight import LEAST_SEEN
 
     cell = scene.cell
     for name in names:
@@ -159,28 +165,34 @@ def _places(
             raise UnknownNameError("place", name, list(cell.places), "--bin")
     if names:
         return [cell.places[name] for name in dict.fromkeys(names)]
-    view = coarse_view(rgbd.sensor.camera, rgbd.T_world_camera, known)
-    sights = {
-        place: room_sight(view, known, place, scene.T_world_place(place))
-        for place in cell.places.values()
-        if scene.in_location(place.name)
-    }
-    if not sights:
-        raise InputError("the scene has no items in any place; name a place to look into with --bin")
+    listed = [place for place in cell.places.values() if contents.get(place.name)]
+    if not listed:
+        raise InputError("no items are listed to be in any place; name a place to look into with --bin")
+    sights = {place: _best_sight(scene, place, taken) for place in listed}
     most = max(sights, key=lambda place: sights[place].seen)
     if not sights[most].is_enough:
         best = f"of {most.name}, the best of these, {sights[most].fault}" if sights[most].seen else ""
+        how = "take it" if len(taken) > 1 or taken[0].is_recorded else "move the arm with --at"
         raise InputError(
-            f"{where}: shows less than {LEAST_SEEN:.0%} of the room of every place with items"
-            f"{': ' * bool(best)}{best}; move the arm with --at before one"
+            f"{taken[0].where}: shows less than {LEAST_SEEN:.0%} of the room of every place with items"
+            f"{': ' * bool(best)}{best}; {how} before one"
         )
     return [place for place, sight in sights.items() if sight.is_enough]
 
 
-def _perceived(scene: Scene, rgbd: RgbdPicture, place: Place, known: RenderedScene) -> PlaceObservation:
-    from pickcli.perception.items.item_perception import ListedItem, perceive_items
+def _best_sight(scene: Scene, place: Place, taken: Sequence[CameraPicture]) -> RoomSight:
+    return max((each.sight_of(scene, place) for each in taken), key=lambda sight: sight.seen)
 
-    held = None if scene.held is None else scene.held.id
-    listed = [ListedItem(each.id, each.item) for each in scene.in_location(place.name) if each.id != held]
-    found = perceive_items(rgbd, place, scene.T_world_place(place), listed, known)
+
+def _perceived(
+    scene: Scene, contents: _Contents, place: Place, taken: Sequence[CameraPicture]
+) -> PlaceObservation:
+    """The answers for a place, by all pictures that show enough of it; by the best one if none does."""
+    from pickcli.perception.items.item_perception import PlaceLook, concluded
+
+    T, listed = scene.T_world_place(place), contents.get(place.name, ())
+    sights = [(each, each.sight_of(scene, place)) for each in taken]
+    enough = [each for each, sight in sights if sight.is_enough]
+    used = enough or [max(sights, key=lambda seen: seen[1].seen)[0]]
+    found = concluded([PlaceLook.of(each.rgbd, place, T, listed, each.known(scene)) for each in used])
     return replace(found, error=scene.pose_of(scene.cell.carriers[place.carrier]).error)

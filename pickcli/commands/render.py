@@ -38,6 +38,9 @@ _PNG = (".png",)
 @click.option("-o", "--output", type=PATH, metavar="FILE.png", help="Where to write the colour picture.")
 @click.option("--depth", "depth_path", type=PATH, metavar="FILE.png",
               help="Where to write the depth: 16 bits, in steps of 0.1 mm, 0 for nothing.")  # fmt: skip
+@click.option("--recording", "recording_path", type=PATH, metavar="FILE.json",
+              help="Where to write intrinsics and pose beside both pictures, for apc perceive "
+                   "--recorded.")  # fmt: skip
 @click.option("--noise/--no-noise", "is_noisy", default=True, show_default=True,
               help="Whether depth has the noise of the sensor.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True,
@@ -49,23 +52,26 @@ _PNG = (".png",)
 @json_option
 def command(
     scene_path: Path, cell_name: str | None, items_path: Path | None, name: str, at: str, output: Path | None,
-    depth_path: Path | None, is_noisy: bool, texture_seed: int, arm: str | None, standing: tuple[str, ...],
-    seed: int, overwrite: bool, as_json: bool,
+    depth_path: Path | None, recording_path: Path | None, is_noisy: bool, texture_seed: int, arm: str | None,
+    standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Render what a camera of the cell sees of a scene.
 
     The colour picture shows items with prints of their own, under a lamp in the hall and a light at the
     camera. Depth is along the optical axis, with the noise of the sensor. --json prints intrinsics and pose
-    of the camera, and how many pixels show each item.
+    of the camera, and how many pixels show each item. --recording writes what apc perceive needs to read both
+    pictures again, as it reads those that a real camera took.
 
     \b
     Example:
       apc render --scene scene.json --camera hand --at cam_E -o bin_E.png --depth bin_E_depth.png
       apc render --scene scene.json --camera boom --depth tote.png --no-noise
+      apc render --scene scene.json --camera hand --at cam_E -o e.png --depth e_depth.png --recording e.json
     """
     from pickcli.files.png_file import write_png
     from pickcli.perception.camera_pose import camera_pose
     from pickcli.perception.looks import colour_picture
+    from pickcli.perception.recorded_picture import recording_values, write_recording
     from pickcli.perception.rendered_scene import RenderedScene
 
     outputs = [path for path in (output, depth_path) if path is not None]
@@ -76,7 +82,12 @@ def command(
     for path in outputs:
         refuse_output(path, overwrite, scene_path, cell_name, items_path)
         refuse_suffix(path, _PNG, "a picture")
-    refuse_same(*outputs)
+    if recording_path is not None:
+        if output is None or depth_path is None:
+            raise click.UsageError("a recording has both pictures: name the colour one with -o, --depth too")
+        refuse_output(recording_path, overwrite, scene_path, cell_name, items_path)
+        refuse_suffix(recording_path, (".json",), "a recording")
+    refuse_same(*outputs, *([] if recording_path is None else [recording_path]))
     scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path, camera=name))
     camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
     T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
@@ -89,10 +100,15 @@ def command(
             write_png(picture, output, overwrite)
         if depth_path is not None and depth is not None:
             write_png(depth.in_steps, depth_path, overwrite)
+    if recording_path is not None and output is not None and depth_path is not None:
+        of, pictures = (scene.cell, camera), (output, depth_path)
+        values = recording_values(of, at, T_world_camera, pictures, recording_path)
+        write_recording(values, recording_path, overwrite)
     summary = _summary(rendered, camera, view, depth)
     if as_json:
         emit_json({**summary, **{key: None if path is None else str(path)
-                                 for key, path in (("path", output), ("depth_path", depth_path))},
+                                 for key, path in (("path", output), ("depth_path", depth_path),
+                              ("recording", recording_path))},
                    "seed": seed})  # fmt: skip
     else:
         items = summary["items"]
@@ -101,6 +117,8 @@ def command(
         )
         for path in outputs:
             click.echo(f"{'picture' if path is output else 'depth'}: {path}")
+        if recording_path is not None:
+            click.echo(f"recording: {recording_path}")
 
 
 def _depth(

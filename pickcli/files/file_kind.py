@@ -46,6 +46,7 @@ CELL = FileKind("a cell", "the folder of a cell.yaml, or a name under data/cells
 ITEMS = FileKind("a file of items", "those of both years are under data/items")
 SENSOR = FileKind("a sensor", "those of data/sensors are examples")
 PERCEIVED = FileKind("a file of perceived items", "apc perceive writes one")
+RECORDING = FileKind("a recording", "apc render --recording writes one")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 STACK = FileKind("a stack of tasks", "those of data/stacks are examples")
@@ -64,6 +65,7 @@ KINDS = (
     ITEMS,
     SENSOR,
     PERCEIVED,
+    RECORDING,
     REALITY,
     STRATEGY,
     STACK,
@@ -80,6 +82,7 @@ _BY_FORMAT = {
     b"items": ITEMS,
     b"sensor": SENSOR,
     b"perceived": PERCEIVED,
+    b"recording": RECORDING,
     b"reality": REALITY,
     b"strategy": STRATEGY,
     b"stack": STACK,

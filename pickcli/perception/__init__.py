@@ -2,7 +2,8 @@
 
 A `rendered_scene` holds the solids of a scene as cameras see them. A `surface_view` is what one camera sees
 of them, without noise, from its `camera_pose`; a `depth_picture` is what its sensor measures, with noise.
-Colour pictures follow from the `looks` of the solids, which for items include a `procedural_texture`.
+A `recorded_picture` is what a real one took, by its `recorded_picture_schema`. Colour pictures follow from
+the `looks` of the solids, which for items include a `procedural_texture`.
 `viewpoints` are from where cameras look into a place.
 `items` finds the listed items of a place in one or several pictures with depth and colour.
 `pod_pose` finds the pod: from a `pod_start` by a `pod_fit`, with a `pod_bound` of the error.

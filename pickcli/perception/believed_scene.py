@@ -69,16 +69,16 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
     for name, place in cell.places.items():
         if name in latest:
             seen, look = latest[name]
-            error = cell.cameras[look.camera].error
+            error = look.error_about_camera(cell.cameras[look.camera].error)
             for placed in believed_items(seen, look.T_world_camera, error):
                 if placed.id in items:
                     raise InputError(
                         f"{placed.id} is in {items[placed.id].location} and in {name}; look again"
                     )
                 items[placed.id] = placed
-            unknown.append(unknown_in(seen, place, look.T_world_camera, error))
+            unknown.append(unknown_in(seen, place, look.T_world_camera, error, cell.clearance))
         elif name not in empty:
-            unknown.append(never_seen(place, scene.T_world_place(place)))
+            unknown.append(never_seen(place, scene.T_world_place(place), cell.clearance))
     return Scene(
         cell, scene.T_world_pod, tuple(items.values()), PoseNoise(), pod_error=scene.pod_error,
         carriers=scene.carriers, unknown=tuple(space for space in unknown if not space.is_empty),
@@ -136,32 +136,38 @@ def believed_items(seen: PlaceObservation, T_world_about: Array, error: MountErr
         yield PlacedItem(answer.id, answer.item, seen.place, T, within)
 
 
-def unknown_in(seen: PlaceObservation, place: Place, T_world_about: Array, error: MountError) -> UnknownSpace:
+def unknown_in(
+    seen: PlaceObservation, place: Place, T_world_about: Array, error: MountError, clearance: float
+) -> UnknownSpace:
     """Grow the unknown space of a place by the error of the pose that all in it may be off with.
 
     Not through its floor, walls and ceiling, which were located in the same picture: what is unknown is
-    between them.
+    between them. It ends below the ceiling by what all motions keep from that: nothing gets there, whatever
+    is in it. Else what stands on a thin shelf could not be lifted off it, for what may be right under that.
 
     Args:
         seen: What was perceived in it.
         place: The place.
         T_world_about: (4, 4) that pose: the stated one of the camera.
         error: Bounds of the error of that.
+        clearance: m that every motion keeps from the ceiling.
 
     Returns:
         The space.
     """
     about = (inverse(seen.T_world_place) @ T_world_about)[:3, 3]
     unknown, unrecognised = (
-        _grown(boxes.reshape(-1, 2, 3), about, error, place) for boxes in (seen.unknown, seen.unrecognised)
+        _grown(boxes.reshape(-1, 2, 3), about, error, place, clearance)
+        for boxes in (seen.unknown, seen.unrecognised)
     )
     return UnknownSpace(seen.place, seen.T_world_place, unknown, unrecognised)
 
 
-def _grown(boxes: Array, about: Array, error: MountError, place: Place) -> Array:
+def _grown(boxes: Array, about: Array, error: MountError, place: Place, clearance: float) -> Array:
     """Boxes (N, 2, 3) grown by what points in them may be off, within the sides of the room but its access.
 
     about: (3,) m, the point about which all may be turned, in the place's frame
+    clearance: m below the ceiling at which they end
     """
     boxes, room = _split_on_slope(boxes, place.room), place.room
     farthest = np.linalg.norm(np.maximum(np.abs(boxes[:, 0] - about), np.abs(boxes[:, 1] - about)), axis=1)
@@ -171,7 +177,7 @@ def _grown(boxes: Array, about: Array, error: MountError, place: Place) -> Array
     if place.access.is_from_above:
         high[:, 2] = np.inf
     else:
-        high[:, 2] = room.ceiling_at(boxes[:, :, 0]).max(axis=1)
+        high[:, 2] = room.ceiling_at(boxes[:, :, 0]).max(axis=1) - clearance
         low[:, 0] = -np.inf
     grown = np.stack([np.maximum(boxes[:, 0] - off, low), np.minimum(boxes[:, 1] + off, high)], axis=1)
     return grown[(grown[:, 0] < grown[:, 1]).all(axis=1)]
@@ -190,14 +196,19 @@ def _split_on_slope(boxes: Array, room: Room) -> Array:
     return np.array(parts).reshape(-1, 2, 3)
 
 
-def never_seen(place: Place, T_world_place: Array) -> UnknownSpace:
+def never_seen(place: Place, T_world_place: Array, clearance: float) -> UnknownSpace:
     """Take a whole place as unknown.
 
     Args:
         place: The place.
         T_world_place: (4, 4) its pose.
+        clearance: m that every motion keeps from the ceiling.
 
     Returns:
-        The space: all between its floor and its ceiling.
+        The space: all between its floor and what is kept free below its ceiling.
     """
-    return UnknownSpace(place.name, T_world_place, whole_room(place.room))
+    boxes = whole_room(place.room)
+    if not place.access.is_from_above:
+        ceiling = place.room.ceiling_at(boxes[:, :, 0]).max(axis=1)
+        boxes[:, 1, 2] = np.minimum(boxes[:, 1, 2], ceiling - clearance)
+    return UnknownSpace(place.name, T_world_place, boxes[boxes[:, 0, 2] < boxes[:, 1, 2]])

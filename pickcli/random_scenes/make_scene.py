@@ -61,13 +61,34 @@ def make_scene(
         if isinstance(names, str):
             raise InputError(f"{name}: expected a list of items, got {names!r}; put it into one")
     empty = Scene(cell, cell.T_world_pod if T_world_pod is None else T_world_pod, (), PoseNoise(), seed)
-    ids: dict[str, int] = {}
     items: list[PlacedItem] = []
-    for done, (bin_name, names) in enumerate(sorted(bin_contents.items())):
+    for done, (bin_name, contents) in enumerate(instances_of(bin_contents, cell, year).items()):
         tell = partial(on_progress, Progress(done, len(bin_contents), bin_name))
-        contents = [ItemInstance(_instance_id(name, ids), cell.item(name, year)) for name in names]
         items.extend(fill_bin(empty, bin_name, contents, seed, tell))
     return replace(empty, items=tuple(items))
+
+
+def instances_of(
+    contents: Mapping[str, Sequence[str]], cell: Cell, year: int
+) -> dict[str, list[ItemInstance]]:
+    """Give each copy of an item an id of its own, in the order of the names of places.
+
+    Args:
+        contents: Names of items by place; duplicates are copies.
+        cell: The cell.
+        year: Year of the items' figures.
+
+    Returns:
+        The instances by place, sorted by its name.
+
+    Raises:
+        UnknownNameError: A name is not an item of the cell.
+    """
+    ids: dict[str, int] = {}
+    return {
+        place: [ItemInstance(_instance_id(name, ids), cell.item(name, year)) for name in names]
+        for place, names in sorted(contents.items())
+    }
 
 
 def fill_bin(

@@ -343,7 +343,7 @@ class CameraLooks:
             seen = self._seen[name]
             items += [placed for placed in self._items_in(name) if name in self._may_be_in[placed.id]]
             place = around.cell.places[name]
-            space = unknown_in(seen.observed, place, seen.T_world_about, seen.error)
+            space = unknown_in(seen.observed, place, seen.T_world_about, seen.error, around.cell.clearance)
             unknown += [] if space.is_empty else [space]
         return replace(around, items=tuple(items), unknown=tuple(unknown))
 

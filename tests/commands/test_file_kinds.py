@@ -20,6 +20,7 @@ from pickcli.files.file_kind import (
     PICTURE,
     PLAN,
     REALITY,
+    RECORDING,
     SCENE,
     SENSOR,
     SRDF,
@@ -48,7 +49,10 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "make-order": {},
     "make-stream": {"cell_name": CELL},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
-    "perceive": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "pod_path": PERCEIVED},
+    "perceive": {
+        "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "pod_path": PERCEIVED,
+        "order_path": ORDER, "recorded": RECORDING,
+    },
     "locate-pod": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "recorded": PICTURE},
     "believe": {"paths": PERCEIVED, "cell_name": CELL, "items_path": ITEMS},
     "render": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
@@ -104,6 +108,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
 WRITTEN = (
     "output",
     "depth_path",
+    "recording_path",
     "folder",
     "picture",
     "picture_path",
@@ -112,7 +117,7 @@ WRITTEN = (
 )  # and are told apart by refuse_output
 ALSO_READ = {  # besides what the table names
     ("show", "path", TRIAL), ("inspect", "path", PERCEIVED), ("inspect", "path", STREAM),
-    ("run-trial", "order_path", STREAM),
+    ("run-trial", "order_path", STREAM), ("locate-pod", "recorded", RECORDING),
 }  # fmt: skip
 UNREAD = ("check", "cell_name")  # but where a file is damaged
 CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS, PERCEIVED)  # by apc check
@@ -137,6 +142,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     )  # fmt: skip
     found[REALITY].write_text("format: apc reality\nversion: 1\n")
     found[PERCEIVED].write_text('{"format": "apc perceived", "version": 1}\n')
+    found[RECORDING].write_text('{"format": "apc recording", "version": 1}\n')
     found[TRIAL].write_text('{\n  "score": 10,\n  "max_score": 20\n}\n')
     found[JOINT_LIMITS].write_text("joint_limits:\n  joint_s: {}\n")
     found[SRDF].write_text('<robot name="arm">\n  <disable_collisions link1="a" link2="b"/>\n</robot>\n')
@@ -175,7 +181,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     if command == "render":
         right |= {"name": "hand", "output": out.with_suffix(".png")}
     if command in ("perceive", "locate-pod"):
-        right |= {"name": "hand", "at": "cam_C", "output": out.with_suffix(".json")}
+        right |= {"output": out.with_suffix(".json")}
+        right |= {} if (command, name) == ("perceive", "recorded") else {"name": "hand", "at": "cam_C"}
     if command == "show-strategy":
         right["output"] = out.with_suffix(".svg")
     if command == "show":

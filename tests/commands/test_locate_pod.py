@@ -226,3 +226,17 @@ def test_recorded_pictures_that_are_none_are_refused(made: Made, tmp_path: Path)
     path.write_bytes(path.read_bytes()[:200])
     answer = apc("locate-pod", "--scene", made.scene, *AT, "--recorded", path, "-o", out)
     refused(answer, 3, "is no whole PNG")
+
+
+def test_a_recording_states_intrinsics_and_pose_itself(shifted: Path, tmp_path: Path) -> None:
+    seen, path = tmp_path / "seen.json", tmp_path / "pod.json"
+    pictures = ("-o", tmp_path / "seen.png", "--depth", tmp_path / "depth.png", "--recording", seen)
+    assert apc("render", "--scene", shifted, *AT, *pictures).code == 0
+    argv = ("locate-pod", "--cell", "apc2016_delft", "--recorded", seen, "-o", path)
+    answer = apc(*argv, "--camera", "hand", "--json")
+    assert answer.code == 0, answer.err
+    off = json.loads(answer.out)["displacement"]
+    np.testing.assert_allclose([off["x"], off["y"]], [0.02, -0.01], atol=2e-4)
+    refused(apc(*argv, "--camera", "boom", "--overwrite"), 3, "is of camera hand, not of boom")
+    nothing = apc("locate-pod", "--cell", "apc2016_delft", "--camera", "hand", "-o", path, "--overwrite")
+    assert nothing.code == 2 and "--recorded" in nothing.err

@@ -13,6 +13,7 @@ from pickcli.cell.cell import Cell
 from pickcli.commands.perceived_lines import perceived_lines
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation, UnexplainedPart
 from pickcli.perception.items.perceived_file import read_perceived
+from pickcli.perception.viewpoints import viewpoints_of
 from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_file import read_scene
 from support.command_line import ITEM, Made, apc, refused
@@ -140,3 +141,92 @@ def test_mistakes_are_told(made: Made, tmp_path: Path, argv: tuple[str, ...], co
     assert answer.code == code
     assert told in answer.err
     assert not list(tmp_path.iterdir())
+
+
+def _recorded(made: Made, at: str, folder: Path) -> Path:
+    """A recording of what the camera on the gripper sees in a configuration."""
+    path = folder / f"{at}.json"
+    written = apc(
+        "render", "--scene", made.scene, "--camera", "hand", "--at", at, "--textures", 1,
+        "-o", folder / f"{at}.png", "--depth", folder / f"{at}_depth.png", "--recording", path,
+    )  # fmt: skip
+    assert written.code == 0 and f"recording: {path}" in written.out, written.err
+    return path
+
+
+def test_a_recording_gives_the_answers_of_the_look_that_it_recorded(
+    made: Made, cell: Cell, tmp_path: Path
+) -> None:
+    """Within what rounding of the depth to 0.1 mm changes; the list may be an order's."""
+    recorded, path, own = _recorded(made, "cam_C", tmp_path), tmp_path / "a.json", tmp_path / "b.json"
+    argv = ("perceive", "--recorded", recorded, "--bin", "bin_C")
+    answer = apc(*argv, "--order", made.order, "--cell", "apc2016_delft", "-o", path)
+    assert answer.code == 0, answer.err
+    assert apc(*argv, "--scene", made.scene, "-o", own).code == 0
+    looked = tmp_path / "c.json"
+    at = ("--camera", "hand", "--at", "cam_C", "--bin", "bin_C")
+    assert apc("perceive", "--scene", made.scene, *at, "-o", looked).code == 0
+    (one,), (two,), (three,) = (read_perceived(each, cell).places for each in (path, own, looked))
+    assert {item.id for item in one.items} == {item.id for item in two.items}
+    for item in three.items:
+        (same,) = (each for each in one.items if each.id == item.id)
+        assert item.T_world_item is not None and same.T_world_item is not None
+        assert np.linalg.norm(item.T_world_item[:3, 3] - same.T_world_item[:3, 3]) < 0.0015
+
+
+def test_recordings_from_several_places_are_looks_that_may_agree(
+    made: Made, cell: Cell, tmp_path: Path
+) -> None:
+    side = viewpoints_of(cell.places["bin_C"], cell)[1].at
+    aside = ",".join(repr(float(value)) for value in side.q)
+    first, path = _recorded(made, "cam_C", tmp_path), tmp_path / "p.json"
+    second = tmp_path / "aside.json"
+    written = apc(
+        "render", "--scene", made.scene, "--camera", "hand", f"--at={aside}", "--textures", 1, "--seed", 5,
+        "-o", tmp_path / "aside.png", "--depth", tmp_path / "aside_depth.png", "--recording", second,
+    )  # fmt: skip
+    assert written.code == 0, written.err
+    both = ("--recorded", first, "--recorded", second)
+    assert apc("perceive", "--scene", made.scene, *both, "--bin", "bin_C", "-o", path).code == 0
+    perceived = read_perceived(path, cell)
+    (T_other,) = perceived.also_from
+    np.testing.assert_allclose(T_other, json.loads(second.read_text())["T_world_camera"], atol=1e-9)
+    # What two looks agree on is bound otherwise than what each of them says by itself.
+    places = [perceived.places[0]]
+    for each in (first, second):
+        alone = tmp_path / "q.json"
+        argv = ("perceive", "--scene", made.scene, "--recorded", each, "--bin", "bin_C", "--overwrite")
+        assert apc(*argv, "-o", alone).code == 0
+        places.append(read_perceived(alone, cell).places[0])
+    for item, *singles in zip(*(place.items for place in places), strict=True):
+        assert item.bound is not None and item.bound not in [single.bound for single in singles]
+        poses = [single.T_world_item for single in singles if single.T_world_item is not None]
+        assert len(poses) == 2 and item.T_world_item is not None
+        assert min(np.abs(item.T_world_item - T).max() for T in poses) < 1e-6
+
+
+def test_mistakes_with_recordings_are_told(made: Made, tmp_path: Path) -> None:
+    recorded, out = _recorded(made, "cam_C", tmp_path), tmp_path / "p.json"
+    argv = ("perceive", "--scene", made.scene, "-o", out)
+    cases: list[tuple[tuple[object, ...], int, str]] = [
+        (("--recorded", recorded, "--camera", "hand"), 2, "leave --camera out"),
+        (("--recorded", recorded, "--at", "cam_C"), 2, "leave --at out"),
+        ((), 2, "name a camera with --camera, or recordings with --recorded"),
+        (("--recorded", tmp_path / "none.json"), 3, "none.json"),
+    ]
+    for words, code, told in cases:
+        answer = apc(*argv, *words)
+        assert answer.code == code and told in answer.err
+    nothing = apc("perceive", "--camera", "hand", "--cell", "apc2016_delft", "-o", out)
+    assert nothing.code == 2 and "--recorded" in nothing.err
+    content = json.loads(recorded.read_text())
+    recorded.write_text(json.dumps(content | {"at": "cam_X"}))
+    refused(apc(*argv, "--recorded", recorded), 3, "cam_X")
+    recorded.write_text(json.dumps(content | {"depth": "cam_C.png"}))
+    refused(apc(*argv, "--recorded", recorded), 3, "cam_C.png: expected a grey PNG of 16 bits")
+    recorded.write_text(json.dumps(content | {"at": "cam_L", "camera": "boom", "sensor": "kinect_v2"}))
+    assert apc(*argv, "--recorded", recorded).code == 3
+    only = ("render", "--scene", made.scene, "--camera", "hand", "-o", tmp_path / "x.png")
+    half = apc(*only, "--recording", tmp_path / "x.json")
+    assert half.code == 2 and "--depth" in half.err
+    assert not out.exists() and not (tmp_path / "x.json").exists()

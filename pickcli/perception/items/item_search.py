@@ -166,11 +166,13 @@ class ItemSearch:
             found: Poses (4, 4) in the camera's frame that explain what they show, by index of the item.
 
         Returns:
-            The parts, the largest first; where no depth was measured the surface behind tells where.
+            The parts, the largest first; where no depth was measured the surface behind tells where, and
+            pixels without any do not count.
         """
         _, points, is_before, is_odd = self._left(found, _UNEXPLAINED)
         is_sparse = _sparsely_measured(is_before, np.isfinite(self._view.depth))
         labels, n_parts = label(_opened(is_before, 3) | is_sparse | is_odd)
+        labels[~np.isfinite(points).all(axis=2)] = 0
         own = [points[labels == part] for part in range(1, n_parts + 1)]
         parts = [
             UnexplainedPart(len(each), each.min(axis=0), each.max(axis=0))

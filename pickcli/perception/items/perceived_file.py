@@ -17,6 +17,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.errors import UnknownNameError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import PERCEIVED
@@ -46,15 +47,16 @@ _UNIT_TOLERANCE = 1e-3  # of a quaternion's length, before it is normalised
 
 @dataclass(frozen=True, eq=False)
 class Perceived:
-    """What one picture of a camera says of the items in one or several places, and of the pod.
+    """What pictures of a camera say of the items in one or several places, and of the pod.
 
     Attributes:
         cell: Name of the cell.
         camera: Name of the camera in it.
         sensor: Name of its model.
-        T_world_camera: (4, 4) its stated pose.
+        T_world_camera: (4, 4) its stated pose; of the first picture, if there are several.
         places: The answers by place.
         pod: Where the pod stands; None if it was not located.
+        also_from: (4, 4) its stated poses of further pictures.
     """
 
     cell: str
@@ -63,6 +65,20 @@ class Perceived:
     T_world_camera: Array
     places: tuple[PlaceObservation, ...]
     pod: PodEstimate | None = None
+    also_from: tuple[Array, ...] = ()
+
+    def error_about_camera(self, mount: MountError) -> MountError:
+        """Bound by how much all that was seen may be off alike, about the pose of the first picture.
+
+        Args:
+            mount: Bounds of the error of the camera's pose, in each picture by itself.
+
+        Returns:
+            The bounds: a turn about the camera of another picture is one about the first, and a shift.
+        """
+        first = self.T_world_camera[:3, 3]
+        apart = max((float(np.linalg.norm(T[:3, 3] - first)) for T in self.also_from), default=0.0)
+        return MountError(mount.position + mount.angle * apart, mount.angle)
 
 
 def perceived_values(perceived: Perceived) -> dict[str, Any]:
@@ -81,6 +97,7 @@ def perceived_values(perceived: Perceived) -> dict[str, Any]:
         "camera": perceived.camera,
         "sensor": perceived.sensor,
         "camera_pose": _pose_values(perceived.T_world_camera),
+        **({"also_from": [_pose_values(T) for T in perceived.also_from]} if perceived.also_from else {}),
         "places": [
             {
                 "place": each.place,
@@ -156,8 +173,9 @@ def read_perceived(
         places.append(PlaceObservation(each.place, T, items, left, each.seen, unknown, error, unrecognised))
     T_world_camera = _pose(source, ("camera_pose",), model.camera_pose)
     pod = None if model.pod is None else _pod(source, model.pod, cell)
+    also_from = tuple(_pose(source, ("also_from", i), each) for i, each in enumerate(model.also_from))
     source.check()
-    return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places), pod)
+    return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places), pod, also_from)
 
 
 def _check_camera(source: Source, model: PerceivedModel, cell: Cell) -> None:

@@ -113,5 +113,8 @@ class PerceivedModel(FileModel):
     camera: Text = Field(description="the name of a camera")
     sensor: Text = Field(description="the name of its model")
     camera_pose: PerceivedPoseModel = Field(description="a pose in the world")
+    also_from: Annotated[tuple[PerceivedPoseModel, ...], Len(0, 100)] = Field(
+        default=(), description="poses of the camera in further pictures"
+    )
     places: Annotated[tuple[PerceivedPlaceModel, ...], Len(0, 100)] = Field(description="a list of places")
     pod: LocatedPodModel | None = Field(None, description="where the pod stands, if it was located")

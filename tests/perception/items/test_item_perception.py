@@ -11,6 +11,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
 from pickcli.geometry import inverse, pose
+from pickcli.perception.items import item_search
 from pickcli.perception.items.item_perception import ListedItem
 from pickcli.perception.items.perceived_file import Perceived, perceived_values
 from pickcli.perception.items.symmetry import turn_between
@@ -89,6 +90,20 @@ def test_an_empty_bin_has_nothing_to_be_found(filled: Filled) -> None:
     assert not any(answer.is_answer for answer in empty.perceived(filled.listed).items)
     assert empty.perceived([]).items == ()
     assert not empty.perceived([]).has_unlisted
+
+
+def test_what_is_left_is_somewhere(filled: Filled, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pixels in which nothing was measured, before nothing that is known, are in no part."""
+    search = filled.looked([]).search
+    depth, points, is_before, is_odd = search._left({}, 0.005)
+    points, odd = points.copy(), np.zeros_like(is_odd)
+    odd[20:60, 20:60] = True
+    points[20:60, 20:60] = (0.1, 0.0, 0.05)
+    points[20:60, 40:60] = np.nan
+    monkeypatch.setattr(type(search), "_left", lambda *_: (depth, points, np.zeros_like(is_before), odd))
+    monkeypatch.setattr(item_search, "_sparsely_measured", lambda *_: np.zeros_like(odd))
+    (part,) = search.unexplained({})
+    assert part.n_pixels == 800 and np.isfinite([part.low, part.high]).all()
 
 
 @pytest.mark.parametrize(("at", "name"), [("bin_E", "bin_A"), ("bin_H", "bin_D"), ("bin_L", "bin_E")])
