@@ -4,7 +4,8 @@ A `rendered_scene` holds the solids of a scene as cameras see them. A `surface_v
 of them, without noise, from its `camera_pose`; a `depth_picture` is what its sensor measures, with noise.
 A `recorded_picture` is what a real one took, by its `recorded_picture_schema`. Colour pictures follow from
 the `looks` of the solids, which for items include a `procedural_texture`.
-`viewpoints` are from where cameras look into a place.
+`viewpoints` are from where cameras look into a place, and the `next_view` is from where most is in sight of
+what is not known in it.
 `items` finds the listed items of a place in one or several pictures with depth and colour.
 `pod_pose` finds the pod: from a `pod_start` by a `pod_fit`, with a `pod_bound` of the error.
 `tracking` follows items on a conveyor.

@@ -1,8 +1,9 @@
-"""From where the cameras of a cell look into a place: straight on, and aslant from both sides.
+"""From where the cameras of a cell look into a place: straight on, aslant from both sides, and further ones.
 
 Looks from different places err differently: what hides an item, gives no depth or leaves a side in doubt in
 one of them does not in another. And a camera that is off its stated pose sees things aside the other way
-when it is turned, which tells the error of its mount from where things are.
+when it is turned, which tells the error of its mount from where things are. Where that is not enough, there
+are views from farther aside, from above and from below.
 """
 
 from __future__ import annotations
@@ -22,11 +23,22 @@ from pickcli.kinematics.arm import Arm
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.items.room_sight import LEAST_SEEN, coarse_view, room_sight
 from pickcli.perception.rendered_scene import RenderedScene
-from pickcli.scene.scene import empty_scene
+from pickcli.scene.scene import Scene, empty_scene
 
 CAMERA_KIND = "camera"  # of named configurations in which cameras look
 ASLANT = float(np.radians(20.0))  # turn of a camera about the vertical through the middle of a mouth
 _SIDES = (("left", ASLANT), ("right", -ASLANT))
+_FAR = float(np.radians(32.0))  # aside: farther, walls hide more than half of most bins
+_TILT = float(np.radians(15.0))  # about the camera's horizontal axis: over lips, and over what lies in front
+# share of a room, by which the sight of it may be less than from where a camera is stated to be
+_RESERVE = 0.02
+_FURTHER = (
+    ("far_left", _FAR, 0.0), ("far_right", -_FAR, 0.0), ("below", 0.0, _TILT), ("above", 0.0, -_TILT),
+    ("left_below", ASLANT, _TILT), ("right_below", -ASLANT, _TILT),
+    ("left_above", ASLANT, -_TILT), ("right_above", -ASLANT, -_TILT),
+    ("far_left_below", _FAR, _TILT), ("far_right_below", -_FAR, _TILT),
+    ("far_left_above", _FAR, -_TILT), ("far_right_above", -_FAR, -_TILT),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +78,7 @@ def viewpoint_of(place: Place, cell: Cell) -> Viewpoint:
                 continue
             T = camera_pose(cell.robot, camera, at.q, at.tool_state)
             viewpoint = Viewpoint(camera, at, T)
-            seen = _seen_from(viewpoint, place, cell)
+            seen = _seen_from(viewpoint, place, empty_scene(cell))
             if seen > most:
                 most, best = seen, viewpoint
     if best is None:
@@ -95,15 +107,47 @@ def viewpoints_of(place: Place, cell: Cell) -> tuple[Viewpoint, ...]:
     first = viewpoint_of(place, cell)
     if first.camera.link is None:
         return (first,)
-    aside = (_turned(first, side, angle, (place, cell)) for side, angle in _SIDES)
-    return (first, *(each for each in aside if each is not None))
+    nominal = empty_scene(cell)
+    aside = (_turned(first, side, (angle, 0.0), (place, nominal)) for side, angle in _SIDES)
+    return (
+        first,
+        *(each for each in aside if each is not None and _seen_from(each, place, nominal) >= LEAST_SEEN),
+    )
 
 
-def _turned(first: Viewpoint, side: str, angle: float, of: tuple[Place, Cell]) -> Viewpoint | None:
-    """A viewpoint turned about the mouth of a place, by the configuration nearest to the first one's."""
-    (place, cell), at = of, first.at
-    mouth = (cell.T_world_place(place) @ place.access.T_place_mouth)[:3, 3]
-    R = rotation_axis_angle((0.0, 0.0, 1.0), angle)
+def further_viewpoints(place: Place, believed: Scene) -> tuple[Viewpoint, ...]:
+    """Choose more places from which a place can be looked into, where ``viewpoints_of`` is not enough.
+
+    Args:
+        place: The place.
+        believed: A scene with the place where it is believed to be.
+
+    Returns:
+        From farther aside, from above and from below, where the arm is clear and enough of the place is seen,
+        with some reserve for the error of the camera's mount; none if the arm does not move the camera.
+
+    Raises:
+        InputError: No depth camera sees enough of it.
+    """
+    first = viewpoint_of(place, believed.cell)
+    if first.camera.link is None:
+        return ()
+    turned = (_turned(first, side, (angle, tilt), (place, believed)) for side, angle, tilt in _FURTHER)
+    enough = LEAST_SEEN + _RESERVE
+    return tuple(each for each in turned if each is not None and _seen_from(each, place, believed) >= enough)
+
+
+def _turned(
+    first: Viewpoint, side: str, by: tuple[float, float], of: tuple[Place, Scene]
+) -> Viewpoint | None:
+    """A viewpoint turned about the mouth of a place, by the configuration nearest to the first one's.
+
+    by: about the vertical, then about the camera's own horizontal axis
+    """
+    (place, scene), cell, at = of, of[1].cell, first.at
+    mouth = (scene.T_world_place(place) @ place.access.T_place_mouth)[:3, 3]
+    R = rotation_axis_angle((0.0, 0.0, 1.0), by[0])
+    R = rotation_axis_angle(R @ first.T_world_camera[:3, 0], by[1]) @ R
     T_world_camera = pose(mouth - R @ mouth, R=R) @ first.T_world_camera
     arm = Arm(cell.robot)
     T_camera_tip = inverse(first.T_world_camera) @ arm.tip(at.q, at.tool_state)
@@ -111,13 +155,13 @@ def _turned(first: Viewpoint, side: str, angle: float, of: tuple[Place, Cell]) -
     checker = SceneChecker(CollisionModel(cell), anywhere, at.tool_state)
     for q in arm.solve(T_world_camera @ T_camera_tip, at.tool_state, at.q[None]):
         turned = Viewpoint(first.camera, replace(at, name=f"{at.name}_{side}", q=q), T_world_camera)
-        if checker.is_valid(q) and _seen_from(turned, place, cell) >= LEAST_SEEN:
+        if checker.is_valid(q):
             return turned
     return None
 
 
-def _seen_from(viewpoint: Viewpoint, place: Place, cell: Cell) -> float:
-    """Share of the room of a place that is in sight."""
-    known = RenderedScene.of(empty_scene(cell), viewpoint.at.q, viewpoint.at.tool_state)
+def _seen_from(viewpoint: Viewpoint, place: Place, scene: Scene) -> float:
+    """Share of the room of a place that is in sight, were no items in it."""
+    known = RenderedScene.of(replace(scene, items=()), viewpoint.at.q, viewpoint.at.tool_state)
     view = coarse_view(viewpoint.camera.model.camera, viewpoint.T_world_camera, known)
-    return room_sight(view, known, place, cell.T_world_place(place)).seen
+    return room_sight(view, known, place, scene.T_world_place(place)).seen

@@ -31,18 +31,20 @@ from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.mount_calibration import MountCalibration, PodLook, calibrated_mounts, camera_in_pod
+from pickcli.perception.next_view import next_views
 from pickcli.perception.perceived_picture import perceived_picture
 from pickcli.perception.pod_fit import CameraFit
 from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.surface_view import FloatPicture
-from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
+from pickcli.perception.viewpoints import Viewpoint, further_viewpoints, viewpoints_of
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.unknown_space import UnknownSpace
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedItem, Touched
 
 _EXACT = MountError(0.0, 0.0)
+N_NEXT = 3  # pictures of a place in which something is refused
 _DRAWN = 640  # px, about the width of a drawing of answers
 MOST_PICTURES = 6  # of an unchanged place: what they have not shown others will not
 
@@ -110,7 +112,9 @@ class CameraLooks:
         self._products: dict[str, Item] = {placed.id: placed.item for placed in true.items}
         self._homes = {placed.id: placed.location for placed in true.items}
         self._may_be_in = {placed.id: frozenset({placed.location}) for placed in true.items}
+        self._further: dict[str, tuple[Viewpoint, ...]] = {}
         self._seen: dict[str, _Seen] = {}
+        self._believed: Scene | None = None
         self._pod: MountCalibration | None = None
         self._looks: list[LookRecord] = []
 
@@ -128,7 +132,7 @@ class CameraLooks:
         Returns:
             The number.
         """
-        return sum(len(self._viewpoints[name]) for name in self._due(touched))
+        return sum(len(self._next(name, touched)) for name in self._due(touched))
 
     def homes(self, first: Scene) -> Mapping[str, str]:
         """Return where the order says that items are.
@@ -196,13 +200,12 @@ class CameraLooks:
         for placed in outside:
             self._may_be_in[placed.id] = frozenset({placed.location})
         due = self._due(touched)
+        from_where = {name: self._next(name, touched) for name in due}
         for name in touched.places:
             self._seen.pop(name, None)
         pictures = {
-            name: [
-                self._taken(name, viewpoint, (true, around), number) for viewpoint in self._viewpoints[name]
-            ]
-            for name in due
+            name: [self._taken(name, viewpoint, (true, around), number) for viewpoint in viewpoints]
+            for name, viewpoints in from_where.items()
         }
         if self._pod is None:
             self._pod = self._located((each for taken in pictures.values() for each in taken), around)
@@ -215,14 +218,23 @@ class CameraLooks:
             seen = self._perceived(name, self._seen[name].pictures, around)
             self._seen[name] = replace(seen, observed=with_names_of_copies(seen.observed, true))
         if due:
-            self._note(due, true, number)
-        return self._believed(around, outside)
+            self._note(from_where, true, number)
+        self._believed = self._all_believed(around, outside)
+        return self._believed
 
     def _due(self, touched: Touched) -> list[str]:
         """The places to look into: at first all; then those touched, else where something is refused."""
         new = touched.places if self._seen else self._viewpoints.keys()
         entered = [name for name in self._viewpoints if name in new]
         return entered or [name for name in self._viewpoints if self._seen[name].may_show_more]
+
+    def _next(self, name: str, touched: Touched) -> tuple[Viewpoint, ...]:
+        """From where to look into a place: where it was not seen as it is, else where most of the rest is."""
+        if self._believed is None or name in touched.places or name not in self._seen:
+            return self._viewpoints[name]
+        if name not in self._further:
+            self._further[name] = further_viewpoints(self._cell.places[name], self._believed)
+        return next_views(self._further[name], self._believed, name, N_NEXT) or self._viewpoints[name]
 
     def _taken(self, name: str, viewpoint: Viewpoint, scenes: tuple[Scene, Scene], number: int) -> _Picture:
         """Take a picture of a place of the true scene; the pod is located in it by what is known around."""
@@ -336,7 +348,7 @@ class CameraLooks:
                 self._may_be_in[item_id] = frozenset({best})
         return tuple(name for name in looked_into if name in changed)
 
-    def _believed(self, around: Scene, outside: Iterable[PlacedItem]) -> Scene:
+    def _all_believed(self, around: Scene, outside: Iterable[PlacedItem]) -> Scene:
         items = list(outside)
         unknown: list[UnknownSpace] = []
         for name in self._viewpoints:
@@ -355,18 +367,18 @@ class CameraLooks:
     def _mount_error(self, camera: MountedCamera) -> MountError:
         return camera.error if self._hand_eye else _EXACT
 
-    def _note(self, due: Iterable[str], true: Scene, number: int) -> None:
+    def _note(self, from_where: Mapping[str, Sequence[Viewpoint]], true: Scene, number: int) -> None:
         """Record a look, with the truth beside each pose."""
         items = []
-        for name in due:
+        for name in from_where:
             believed = {placed.id: placed.noise for placed in self._items_in(name)}
             items += [
                 PerceivedItem(name, answer, believed.get(answer.id), _off_by(answer, true))
                 for answer in self._seen[name].observed.items
             ]
-        first = {name: self._viewpoints[name][0] for name in due}
+        first = {name: viewpoints[0] for name, viewpoints in from_where.items()}
         cameras = {name: (each.camera.name, each.at.name) for name, each in first.items()}
-        drawn = {name: self._seen[name].drawn for name in due}
+        drawn = {name: self._seen[name].drawn for name in from_where}
         self._looks.append(LookRecord(number, cameras, tuple(items), drawn))
 
 

@@ -15,8 +15,9 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.items.room_sight import LEAST_SEEN, coarse_view, room_sight
+from pickcli.perception.items.unknown_voxels import ASIDE
 from pickcli.perception.rendered_scene import RenderedScene
-from pickcli.perception.viewpoints import ASLANT, viewpoint_of, viewpoints_of
+from pickcli.perception.viewpoints import ASLANT, further_viewpoints, viewpoint_of, viewpoints_of
 from pickcli.scene.scene import empty_scene
 
 
@@ -45,11 +46,43 @@ def test_cameras_on_the_arm_look_aslant_from_both_sides_too(cell: Cell, name: st
     assert turns == pytest.approx([ASLANT, -ASLANT])
 
 
+def test_further_looks_are_from_elsewhere_at_the_same_distance(cell: Cell) -> None:
+    """Each bin has at least three; all are 5 cm and more from where it was looked into before."""
+    for place in cell.pod.bins.values():
+        first, further = viewpoints_of(place, cell), further_viewpoints(place, empty_scene(cell))
+        mouth = (cell.T_world_place(place) @ place.access.T_place_mouth)[:3, 3]
+        eyes = [each.T_world_camera[:3, 3] for each in (*first, *further)]
+        assert len(further) >= 3
+        assert len({each.at.name for each in (*first, *further)}) == len(eyes)
+        away = [float(np.linalg.norm(eye - mouth)) for eye in eyes]
+        assert away == pytest.approx([away[0]] * len(eyes), abs=1e-6)
+        for each in further:
+            T = camera_pose(cell.robot, each.camera, each.at.q, each.at.tool_state)
+            np.testing.assert_allclose(T, each.T_world_camera, atol=1e-4)
+            off = [np.linalg.norm(T[:3, 3] - other.T_world_camera[:3, 3]) for other in first]
+            assert min(off) > ASIDE
+
+
+def test_further_looks_see_enough_of_a_place_where_it_is_believed_to_be(cell: Cell) -> None:
+    free = cell.pod.displacement
+    for sign in (1.0, -1.0):
+        T_world_pod = displaced(cell.T_world_pod, free.x, sign * free.y, sign * free.yaw)
+        scene = replace(empty_scene(cell), T_world_pod=T_world_pod)
+        for place in (cell.pod.bins["bin_G"], cell.pod.bins["bin_D"]):
+            for each in further_viewpoints(place, scene):
+                known = RenderedScene.of(scene, each.at.q, each.at.tool_state)
+                view = coarse_view(each.camera.model.camera, each.T_world_camera, known)
+                assert room_sight(view, known, place, scene.T_world_place(place)).seen > LEAST_SEEN + 0.01
+
+
 def test_the_arm_is_clear_where_it_looks_from_wherever_the_pod_stands(cell: Cell) -> None:
     rng, free = np.random.default_rng(3), cell.pod.displacement
     model, most = CollisionModel(cell), np.array([free.x, free.y, free.yaw])
     viewpoints = [
-        each for name in ("bin_A", "bin_F", "bin_K") for each in viewpoints_of(cell.pod.bins[name], cell)
+        each
+        for name in ("bin_A", "bin_F", "bin_K")
+        for place in (cell.pod.bins[name],)
+        for each in (*viewpoints_of(place, cell), *further_viewpoints(place, empty_scene(cell)))
     ]
     for _ in range(20):
         T_world_pod = displaced(cell.T_world_pod, *(most * rng.choice([-1.0, 1.0], 3)))
@@ -65,6 +98,7 @@ def test_a_camera_that_the_arm_does_not_move_looks_from_where_it_is(cell: Cell) 
     fixed = MountedCamera("waist", hand.model, None, T, hand.error)
     (only,) = viewpoints_of(place, replace(cell, cameras={"waist": fixed}))
     assert only.camera is fixed
+    assert further_viewpoints(place, empty_scene(replace(cell, cameras={"waist": fixed}))) == ()
 
 
 def test_a_cell_without_cameras_cannot_be_seen_by_them(cell: Cell) -> None:

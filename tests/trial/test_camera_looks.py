@@ -16,7 +16,7 @@ from pickcli.perception.items.item_observation import ItemObservation, PlaceObse
 from pickcli.perception.items.symmetry import turn_between
 from pickcli.perception.mount_calibration import camera_in_pod
 from pickcli.perception.pod_fit import CameraFit
-from pickcli.perception.viewpoints import viewpoints_of
+from pickcli.perception.viewpoints import further_viewpoints, viewpoints_of
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -132,6 +132,10 @@ def test_what_six_pictures_do_not_show_is_not_looked_for_again(true_scene: Scene
     assert ITEM not in {placed.id for placed in believed.items} and perception.refusal(ITEM, "bin_C")
     assert perception.n_pictures(Touched()) == 3
     perception.look(gone, 2, Touched())
+    (_, at), before = perception.looks[1].cameras["bin_C"], perception.looks[0].cameras["bin_C"]
+    assert before == ("hand", "cam_C") and at in {
+        each.at.name for each in further_viewpoints(gone.cell.places["bin_C"], gone)
+    }
     assert perception.n_pictures(Touched()) == 0
     perception.look(gone, 3, Touched())
     assert [look.number for look in perception.looks] == [1, 2]

@@ -18,7 +18,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse
-from pickcli.perception.items.agreement import agreed_confidence, agreement_with, matched
+from pickcli.perception.items.agreement import FEW, agreed_confidence, agreement_with, matched, votes_on
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, confidence_of, truncated
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.item_search import ItemSearch, PoseEstimate
@@ -178,10 +178,10 @@ def concluded(looks: Sequence[PlaceLook]) -> PlaceObservation:
 
     Returns:
         An answer for each listed item, in their order: of looks from several places as the two of them say
-        that agree best, else by the last look alone.
+        that agree best, and if there are many, as most of them do; else by the last look alone.
     """
     last, pairs = looks[-1], [pair for pair in combinations(looks, 2) if _are_aside(*pair)]
-    answers = _agreed_answers(pairs) if pairs else _answers(last)
+    answers = _voted(_agreed_answers(pairs), looks) if pairs else _answers(last)
     given = {
         i: each.T_world_item
         for i, each in enumerate(answers)
@@ -249,6 +249,42 @@ def _agreed_answers(pairs: Sequence[_Pair]) -> tuple[ItemObservation, ...]:
     refusal = "no two looks find a pose that explains their pictures better"
     none = (ItemObservation(each.id, each.item, None, 0.0, refusal, None, None) for each in listed)
     return tuple(best.get(i, each) for i, each in enumerate(none))
+
+
+def _voted(answers: tuple[ItemObservation, ...], looks: Sequence[PlaceLook]) -> tuple[ItemObservation, ...]:
+    """The answers as sure as looks from many places make them, and with bounds by that."""
+    places: list[list[PlaceLook]] = []
+    for look in looks:
+        near = next((each for each in places if not _are_aside(each[0], look)), None)
+        if near is None:
+            places.append([look])
+        else:
+            near.append(look)
+    if len(places) <= FEW:
+        return answers
+    return tuple(_voted_answer(i, answers, places) for i in range(len(answers)))
+
+
+def _voted_answer(
+    i: int, answers: Sequence[ItemObservation], places: Sequence[Sequence[PlaceLook]]
+) -> ItemObservation:
+    """One of the answers by the votes of looks from several places."""
+    answer, any_look = answers[i], places[0][0]
+    T, support, agreement = answer.T_world_item, answer.support, answer.agreement
+    if T is None or support is None or agreement is None:
+        return answer
+    copies = [k for k, each in enumerate(answers) if each.item == answer.item]
+    elsewhere = [T_copy for k in copies if k != i and (T_copy := answers[k].T_world_item) is not None]
+    found = [
+        [(look.poses[k], look.confidence(k)) for look in place for k in copies if k in look.found]
+        for place in places
+    ]
+    confidence = votes_on(answer.item, T, found, elsewhere).weighed(answer.confidence)
+    if confidence == answer.confidence:
+        return answer
+    bound = agreed_bound_of(answer.item, support, any_look.rgbd.sensor, confidence, agreement)
+    refusal = _refusal(any_look, T, confidence)
+    return replace(answer, confidence=confidence, bound=bound, refusal=refusal)
 
 
 def _overlap(one: ItemObservation, other: ItemObservation) -> bool:

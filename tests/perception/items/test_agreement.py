@@ -11,8 +11,15 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, pose
-from pickcli.perception.items.agreement import agreed_confidence, matched
+from pickcli.geometry import Array, inverse, pose
+from pickcli.perception.items.agreement import (
+    DOUBTFUL_BY_VOTES,
+    SURE_BY_VOTES,
+    Votes,
+    agreed_confidence,
+    matched,
+    votes_on,
+)
 from pickcli.perception.items.item_observation import Agreement
 from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.item_search import PoseEstimate
@@ -53,9 +60,9 @@ def looks(filled: Filled) -> tuple[PlaceLook, PlaceLook]:
     return filled.looked(), looked_at_aslant(filled.scene).looked()
 
 
-def elsewhere(look: PlaceLook, i: int) -> PlaceLook:
-    """The look with one of its poses 40 mm aside."""
-    aside = look.found[i].T_camera_item @ pose((0.0, 0.04, 0.0))
+def elsewhere(look: PlaceLook, i: int, by: float = 0.04) -> PlaceLook:
+    """The look with one of its poses so many m aside."""
+    aside = look.found[i].T_camera_item @ pose((0.0, by, 0.0))
     return replace(look, found={**look.found, i: PoseEstimate(aside, look.found[i].support)})
 
 
@@ -161,3 +168,61 @@ def test_bounds_cover_sides_that_are_exchanged(looks: tuple[PlaceLook, PlaceLook
 
     middle, behind = np.hypot(0.001, 0.001), np.hypot(0.002, 0.002)
     np.testing.assert_allclose(bounds((0.062, 0.060)) - bounds((0.061, 0.061)), [middle, behind, 0.0])
+
+
+def test_of_few_looks_the_best_pair_is_believed() -> None:
+    assert Votes(3, 2, 1).weighed(0.997) == 0.997
+    assert Votes(2, 2, 0).weighed(0.6) == 0.6
+
+
+def test_of_many_looks_most_decide() -> None:
+    assert Votes(6, 4, 2).weighed(0.7) == SURE_BY_VOTES >= LEAST_CONFIDENCE_OF_BOUND
+    assert Votes(6, 5, 0).weighed(0.9999) == 0.9999
+    assert Votes(6, 3, 0).weighed(0.997) == 0.997
+    assert Votes(6, 3, 1).weighed(0.997) == DOUBTFUL_BY_VOTES < LEAST_CONFIDENCE_OF_BOUND
+    assert Votes(6, 2, 0).weighed(0.999) == DOUBTFUL_BY_VOTES
+    assert Votes(6, 2, 0).weighed(0.4) == 0.4
+
+
+def test_votes_are_counted_by_place_and_copies_do_not_speak_against_each_other(cell: Cell) -> None:
+    item, T, copy = cell.item("crayola_24_ct", 2016), pose((0.1, 0.0, 0.0)), pose((0.1, 0.2, 0.0))
+    near, far = T @ pose((0.003, 0.0, 0.0)), pose((0.2, 0.0, 0.0))
+    found = [
+        [(near, 0.1)],  # for, however unsure that look is
+        [(far, 0.9), (near, 0.9)],  # for: one of its copies is there
+        [(far, 0.4)],  # unsure, so not against
+        [(far, 0.6)],  # against
+        [(copy, 0.9)],  # that was the copy
+        [],  # hidden
+    ]
+    assert votes_on(item, T, found, [copy]) == Votes(6, 2, 1)
+    assert votes_on(item, T, found, []) == Votes(6, 2, 2)
+
+
+def test_what_two_of_four_looks_agree_on_gets_no_bound(
+    looks: tuple[PlaceLook, PlaceLook], cell: Cell
+) -> None:
+    """The same two looks are enough by themselves; from two places more it is said to be elsewhere."""
+    one, other = looks
+    sure = concluded(looks).items
+    assert all(answer.bound is not None for answer in sure)
+    i = max(range(len(sure)), key=lambda k: min(one.confidence(k), other.confidence(k)))
+    against = [
+        from_aside(elsewhere(look, i, y), by) for look, y, by in ((one, 0.04, 0.5), (other, 0.08, 0.6))
+    ]
+    doubtful = concluded((*against, one, other)).items
+    assert doubtful[i].bound is None and doubtful[i].confidence <= DOUBTFUL_BY_VOTES
+    for k, answer in enumerate(doubtful):
+        if k != i:  # four looks are for these
+            assert answer.bound is not None and answer.confidence >= SURE_BY_VOTES
+
+
+def from_aside(look: PlaceLook, by: float) -> PlaceLook:
+    """The look as if the camera had been aside, and had found all where it did."""
+    T = look.rgbd.T_world_camera
+    moved = pose((0.0, by, 0.0)) @ T
+    found = {
+        i: replace(each, T_camera_item=inverse(moved) @ T @ each.T_camera_item)
+        for i, each in look.found.items()
+    }
+    return replace(look, rgbd=replace(look.rgbd, T_world_camera=moved), found=found)
