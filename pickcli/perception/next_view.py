@@ -1,12 +1,13 @@
-"""From where to look next into a place: from where most is in sight of what is not known there.
+"""From where to look next into a place, or what to take out of it first: what is not known shall be in sight.
 
 Where an item is hidden, two looks from the same side are no better than one; another side is. So what is
 unknown, and what was measured and not recognised, is taken as what is to be seen, and what is recognised
-hides it (next best view, Connolly 1985).
+hides it (next best view, Connolly 1985). What no look shows is behind what hides most of it.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -16,7 +17,8 @@ from numpy.typing import NDArray
 from pickcli.geometry import Array, inverse, transform_points
 from pickcli.perception.items.room_sight import coarse_view
 from pickcli.perception.items.unknown_voxels import VOXEL
-from pickcli.perception.rendered_scene import RenderedScene
+from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
+from pickcli.perception.surface_view import SurfaceView
 from pickcli.perception.viewpoints import Viewpoint
 from pickcli.scene.scene import Scene
 from pickcli.scene.unknown_space import UnknownSpace
@@ -49,6 +51,30 @@ def next_views(viewpoints: Sequence[Viewpoint], believed: Scene, place: str, n: 
     return tuple(chosen)
 
 
+def hiding_items(viewpoints: Sequence[Viewpoint], believed: Scene, place: str) -> tuple[str, ...]:
+    """Find the items of a place that hide what is not known in it.
+
+    Args:
+        viewpoints: From where it is looked into.
+        believed: The scene as it is believed to be, with what is unknown in it.
+        place: Name of the place.
+
+    Returns:
+        Their ids, first that which hides most from all the viewpoints together; of equals in their order.
+    """
+    wanted = unknown_points([space for space in believed.unknown if space.place == place])
+    hidden: Counter[str] = Counter()
+    for each in viewpoints:
+        known, view = _view(each, believed)
+        rows, columns, z, _ = _pixels(view, wanted)
+        index = view.index[rows, columns][view.depth[rows, columns] < z - _SLACK]
+        for i, n in enumerate(np.bincount(index, minlength=len(known.solids)).tolist()):
+            if known.solids[i].kind is OwnerKind.ITEM:
+                hidden[known.solids[i].owner] += n
+    here = [placed.id for placed in believed.in_location(place)]
+    return tuple(sorted((name for name in here if hidden[name]), key=lambda name: -hidden[name]))
+
+
 def unknown_points(spaces: Sequence[UnknownSpace]) -> Array:
     """Spread points over what is not known.
 
@@ -70,14 +96,26 @@ def unknown_points(spaces: Sequence[UnknownSpace]) -> Array:
 
 def _in_sight(viewpoint: Viewpoint, believed: Scene, points: Array) -> NDArray[np.bool_]:
     """Which points (N, 3) are in the picture, and before all that is recognised."""
+    _, view = _view(viewpoint, believed)
+    rows, columns, z, is_seen = _pixels(view, points)
+    is_seen[is_seen] = ~(view.depth[rows, columns] < z - _SLACK)
+    return is_seen
+
+
+def _view(viewpoint: Viewpoint, believed: Scene) -> tuple[RenderedScene, SurfaceView]:
+    """What is recognised as it is seen from a viewpoint."""
     at = viewpoint.at
     known = RenderedScene.of(replace(believed, held=None), at.q, at.tool_state)
-    view = coarse_view(viewpoint.camera.model.camera, viewpoint.T_world_camera, known)
+    return known, coarse_view(viewpoint.camera.model.camera, viewpoint.T_world_camera, known)
+
+
+def _pixels(
+    view: SurfaceView, points: Array
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, NDArray[np.bool_]]:
+    """Rows, columns and depths of those of the points (N, 3) that are in the picture, and which these are."""
     seen = transform_points(inverse(view.T_world_camera), points)
-    is_seen = seen[:, 2] > 0.0
-    columns, rows = np.rint(view.camera.project(seen[is_seen])).astype(int).T
-    is_inside = (columns >= 0) & (columns < view.camera.width) & (rows >= 0) & (rows < view.camera.height)
-    is_seen[is_seen] = is_inside
-    depth = view.depth[rows[is_inside], columns[is_inside]]
-    is_seen[is_seen] = ~(depth < seen[is_seen, 2] - _SLACK)
-    return is_seen
+    is_in = seen[:, 2] > 0.0
+    columns, rows = np.rint(view.camera.project(seen[is_in])).astype(np.intp).T
+    is_within = (columns >= 0) & (columns < view.camera.width) & (rows >= 0) & (rows < view.camera.height)
+    is_in[is_in] = is_within
+    return rows[is_within], columns[is_within], seen[is_in, 2], is_in

@@ -31,7 +31,7 @@ from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.mount_calibration import MountCalibration, PodLook, calibrated_mounts, camera_in_pod
-from pickcli.perception.next_view import next_views
+from pickcli.perception.next_view import hiding_items, next_views
 from pickcli.perception.perceived_picture import perceived_picture
 from pickcli.perception.pod_fit import CameraFit
 from pickcli.perception.procedural_texture import ColourPicture
@@ -161,6 +161,19 @@ class CameraLooks:
                 if is_copy and seen.observed.place in self._may_be_in[answer.id] and not _is_believed(answer):
                     return answer.refusal or "the error of its pose has no bounds"
         return ""
+
+    def hiding(self, place: str) -> tuple[str, ...]:
+        """Return what hides most of what is not known in a place from where it is looked into.
+
+        Args:
+            place: Name of the place.
+
+        Returns:
+            Ids of recognised items, first that which hides most; none before the first look.
+        """
+        if self._believed is None or place not in self._viewpoints:
+            return ()
+        return hiding_items(self._viewpoints[place], self._believed, place)
 
     def claimed(self, scene: Scene) -> Scene:
         """Add items that are not recognised to the places that they must be in, at no particular pose.

@@ -201,7 +201,7 @@ class _Trial:
         self.targets.put(replace(state, clearings=state.clearings + 1))
         placed = self.targets.chosen_copy(scene, state)
         if placed is None:
-            return False
+            return self._uncover(state, scene)
         now = self.runner.clock.now
         wanted = Attempt(
             state.target, placed.id, state.attempts, now, Outcome.NO_PLAN, out_of=placed.location
@@ -236,6 +236,35 @@ class _Trial:
                 self.targets.put(replace(self.targets.open[index], cleared=state.cleared + 1))
                 return True
             clearing.also(aside.in_the_way)
+        return False
+
+    def _uncover(self, state: TargetState, scene: Scene) -> bool:
+        """If a target is not recognised, move aside what hides most of its place; return whether it was.
+
+        What no look shows is behind what is recognised: the place is looked into again without that.
+        """
+        target, perception = state.target, self.runner.perception
+        if not perception.refusal(target.item, target.bin):
+            return False
+        for name in perception.hiding(target.bin):
+            if not self.runner.has_time_to_plan:
+                break
+            hiding = scene.find(name)
+            is_known = self.memory.stuck(name, scene) is not None  # the same query would fail again
+            if is_known or self.asides.would_repeat(name, hiding.location, scene):
+                continue
+            if not may_hold(self.tools, hiding.item) or self.targets.fulfilled_by(hiding, scene):
+                continue  # another target is tried for itself
+            attempt = Attempt(
+                target, name, state.attempts, self.runner.clock.now, Outcome.NO_PLAN,
+                is_aside=True, out_of=hiding.location,
+            )  # fmt: skip
+            still_open = [other.target for other in self.targets.open.values()]
+            aside = self.moves.move_aside(attempt, scene, still_open)
+            self._note(self.targets.open[state.index], aside)
+            if aside.execution is not None:  # the scene has changed
+                self.targets.put(replace(state.renewed(), cleared=state.cleared + 1))
+                return True
         return False
 
     def _stow_blocker(self, blocker: PlacedItem, scene: Scene) -> bool:

@@ -129,8 +129,11 @@ class TargetList:
         """
         return tuple(state for state in self.open.values() if placed in self.copies(scene, state))
 
+    def _locations(self, scene: Scene, state: TargetState) -> set[str]:
+        return {placed.location for placed in self.copies(scene, state)} or {state.target.bin}
+
     def waiting_in(self, places: Collection[str], scene: Scene) -> tuple[TargetState, ...]:
-        """Find the open targets of which a copy is in one of some places.
+        """Find the open targets of which a copy is in one of some places, or must be as none is perceived.
 
         Args:
             places: Names of the places.
@@ -142,5 +145,5 @@ class TargetList:
         return tuple(
             state
             for state in self.open.values()
-            if any(placed.location in places for placed in self.copies(scene, state))
+            if any(name in places for name in self._locations(scene, state))
         )

@@ -172,6 +172,16 @@ class Perception(Protocol):
             The reason for one of its copies; "" if none was refused.
         """
 
+    def hiding(self, place: str) -> tuple[str, ...]:
+        """Return what hides most of what is not known in a place.
+
+        Args:
+            place: Name of the place.
+
+        Returns:
+            Ids of perceived items, first that which hides most.
+        """
+
     def claimed(self, scene: Scene) -> Scene:
         """Add items that are not perceived to the places that they must be in.
 
@@ -247,6 +257,17 @@ class BoundedErrors:
             "".
         """
         return ""
+
+    def hiding(self, place: str) -> tuple[str, ...]:
+        """Return nothing: nothing is hidden.
+
+        Args:
+            place: Does not matter.
+
+        Returns:
+            No ids.
+        """
+        return ()
 
     def claimed(self, scene: Scene) -> Scene:
         """Return the scene: what is not perceived is nowhere.

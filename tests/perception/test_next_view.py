@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.geometry import inverse, pose, transform_points
-from pickcli.perception.next_view import next_views, unknown_points
+from pickcli.perception.next_view import hiding_items, next_views, unknown_points
 from pickcli.perception.viewpoints import Viewpoint, further_viewpoints, viewpoints_of
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene, empty_scene
 from pickcli.scene.unknown_space import UnknownSpace
@@ -65,3 +65,18 @@ def test_views_do_not_repeat_and_add_to_each_other(cell: Cell, further: tuple[Vi
     assert three[:1] == next_views(further, scene, NAME, 1)
     assert len(next_views(further, scene, NAME, 99)) == len(further)
     assert next_views((), scene, NAME, 3) == ()
+
+
+def test_what_hides_most_of_what_is_not_known_is_named_first(
+    cell: Cell, further: tuple[Viewpoint, ...]
+) -> None:
+    scene, first = behind_a_box(cell, 1.0), viewpoints_of(cell.places[NAME], cell)
+    (box,), T = scene.items, scene.T_world_place(cell.places[NAME])
+    item = cell.item("dove_beauty_bar", 2016)
+    low = PlacedItem(item.name, item, NAME, T @ pose((0.05, 0.04, -0.01)), PoseNoise())
+    beside = PlacedItem(f"{item.name}#2", item, NAME, T @ pose((0.1, -0.11, 0.0)), PoseNoise())
+    elsewhere = PlacedItem(f"{item.name}#3", item, "bin_F", low.T_world_item, PoseNoise())
+    crowded = replace(scene, items=(beside, low, elsewhere, box))
+    names = hiding_items(first, crowded, NAME)
+    assert names[0] == box.id and beside.id not in names and elsewhere.id not in names
+    assert hiding_items(first, replace(crowded, unknown=()), NAME) == ()

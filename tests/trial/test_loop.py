@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import pytest
 
@@ -13,7 +13,7 @@ from pickcli.motion.plan import Certify, Grasp, GraspKind, Plan
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.start_state import Start
 from pickcli.progress import Progress
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT, IDEAL
@@ -24,6 +24,7 @@ from pickcli.trial.loop import _Trial, run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
+from pickcli.trial.trial_perception import BoundedErrors, Touched
 from pickcli.trial.trial_record import record_text, trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
 from pickcli.trial.trial_settings import TrialSettings
@@ -155,6 +156,80 @@ def test_what_is_in_the_way_is_moved_into_the_emptiest_bin_once_all_else_is_done
     assert (moved.target.item, moved.item, moved.into) == ("scotch_duct_tape", "jane_eyre_dvd", "bin_C")
     assert result.final.claim is not None
     assert "jane_eyre_dvd" in result.final.claim.bin_contents["bin_C"]
+
+
+@dataclass(frozen=True)
+class Hiding(BoundedErrors):
+    """Perception to which one item hides another as long as it is in its bin; it names what hides most."""
+
+    hidden: str = "scotch_duct_tape"
+    by: str = "jane_eyre_dvd"
+    names: tuple[str, ...] = ("jane_eyre_dvd", "dove_beauty_bar")
+    home: str = "bin_B"
+    last: list[Scene] = field(default_factory=list)
+
+    def look(self, true: Scene, number: int, touched: Touched) -> Scene:
+        seen = super().look(true, number, touched)
+        hides = any(placed.id == self.by for placed in seen.in_location(self.home))
+        self.last[:] = [seen.without(self.hidden) if hides else seen]
+        return self.last[0]
+
+    def homes(self, first: Scene) -> dict[str, str]:
+        return {**super().homes(first), self.hidden: self.home}
+
+    def refusal(self, item: str, home: str) -> str:
+        is_there = any(placed.id == item for placed in self.last[0].items)
+        return "" if item != self.hidden or is_there else "no two looks find it"
+
+    def hiding(self, place: str) -> tuple[str, ...]:
+        here = {placed.id for placed in self.last[0].in_location(place)}
+        return tuple(name for name in self.names if name in here)
+
+
+def hide(monkeypatch: pytest.MonkeyPatch, **how: object) -> None:
+    hiding = Hiding(PoseNoise(), 0, **how)  # type: ignore[arg-type]
+    monkeypatch.setattr(TrialSettings, "perceiving", lambda *_: hiding)
+
+
+def test_what_hides_a_target_is_moved_aside_and_the_target_picked_once_it_is_seen(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hide(monkeypatch)
+    fake = ScriptedTrial(scene_of(ORDER, cell))
+    result = play(fake)
+    assert result.items_in_tote == 4 and result.score.total == result.score.maximum
+    queries = [plan.query for plan in fake.executed]
+    aside = next(query for query in queries if query.startswith("pick jane_eyre_dvd into "))
+    assert queries.index("pick scotch_duct_tape") > queries.index(aside)
+    assert not any(query.startswith("pick dove_beauty_bar") for query in queries)
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.IN_TOTE
+
+
+def test_what_hides_most_comes_first_and_what_cannot_be_moved_is_left(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hide(monkeypatch, names=("dove_beauty_bar", "jane_eyre_dvd"))
+    fake = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"dove_beauty_bar"}))
+    assert outcomes(play(fake))["scotch_duct_tape"] is Outcome.IN_TOTE
+    moved = [plan.query for plan in fake.executed if " into " in plan.query]
+    assert len(moved) == 1 and moved[0].startswith("pick jane_eyre_dvd")
+    fixed = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"dove_beauty_bar", "jane_eyre_dvd"}))
+    result = play(fixed)
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.NOT_RECOGNISED
+    assert result.clock < 300.0  # it is left alone although there is time
+
+
+def test_other_targets_are_not_moved_aside_for_one_that_is_hidden(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hide(monkeypatch, names=("jane_eyre_dvd",))
+    targets = (*((t.bin, t.item) for t in ORDER.work_order), ("bin_B", "jane_eyre_dvd"))
+    order = pick_order(ORDER.bin_contents, *targets)
+    fake = ScriptedTrial(scene_of(order, cell))
+    result = play(fake, order)
+    assert outcomes(result)["jane_eyre_dvd"] is Outcome.IN_TOTE
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.IN_TOTE
+    assert not any(" into " in plan.query for plan in fake.executed)
 
 
 def test_nothing_is_moved_aside_that_does_not_help_or_cannot_be_moved(cell: Cell) -> None:
