@@ -105,6 +105,46 @@ def simulated_picture(scene: Scene, name: str, at: str, seeds: tuple[int, int]) 
         InputError: The cell has no such camera or configuration, the camera measures no depth, or nothing is
             measured.
     """
+    camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
+    return _simulated(scene, (camera, begin), f"camera {name} at {at}", seeds)
+
+
+def aslant_pictures(
+    scene: Scene, first: CameraPicture, place: Place, believed: Scene, seeds: tuple[int, int]
+) -> tuple[CameraPicture, ...]:
+    """Take pictures of a place from both sides.
+
+    Args:
+        scene: The scene.
+        first: A picture of it straight on.
+        place: The place.
+        believed: A scene with the place where it is believed to be.
+        seeds: Of the prints on the items, and of the noise.
+
+    Returns:
+        The pictures: two, but where the arm would not be clear, or too little would be seen.
+    """
+    from pickcli.cell.cell import NamedConfiguration
+    from pickcli.perception.viewpoints import CAMERA_KIND, Viewpoint, aslant_viewpoints
+    from pickcli.seeds import derived_seed
+
+    at = NamedConfiguration(place.name, first.begin.q, first.begin.tool_state, CAMERA_KIND)
+    viewpoint = Viewpoint(first.camera, at, first.rgbd.T_world_camera)
+    return tuple(
+        _simulated(
+            scene,
+            (each.camera, replace(first.begin, q=each.at.q)),
+            f"{first.where}, {each.at.name}",
+            (seeds[0], derived_seed("look", seeds[1], each.at.name)),
+        )
+        for each in aslant_viewpoints(viewpoint, place, believed)
+    )
+
+
+def _simulated(
+    scene: Scene, by: tuple[MountedCamera, Start], where: str, seeds: tuple[int, int]
+) -> CameraPicture:
+    """A picture of a scene by a camera in a configuration of the arm."""
     import numpy as np
 
     from pickcli.errors import InputError
@@ -114,8 +154,7 @@ def simulated_picture(scene: Scene, name: str, at: str, seeds: tuple[int, int]) 
     from pickcli.perception.looks import colour_picture
     from pickcli.perception.rendered_scene import RenderedScene
 
-    camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
-    model, where = camera.model, f"camera {name} at {at}"
+    (camera, begin), model = by, by[0].model
     if model.depth is None:
         raise InputError(
             f"camera {camera.name}: {model.name} measures no depth, by which items are found; choose another"

@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, TypeAlias
 import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
-from pickcli.commands.camera_pictures import CameraPicture, recorded_pictures, refuse_half, simulated_picture
+from pickcli.commands.camera_pictures import (
+    CameraPicture,
+    aslant_pictures,
+    recorded_pictures,
+    refuse_half,
+    simulated_picture,
+)
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.named_camera import camera_or_recording_options
@@ -34,6 +40,9 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 @click.option("--order", "order_path", type=PATH, metavar="ORDER",
               help="Order that says what is in each place.  [default: what the scene has there]")  # fmt: skip
 @camera_or_recording_options
+@click.option("--aslant/--straight", "is_aslant", default=False, show_default=True,
+              help="Whether the camera looks into each place from both sides, too, by 20 "
+                   "degrees.")  # fmt: skip
 @click.option("--bin", "bin_names", metavar="PLACE", multiple=True,
               help="Bin, or other place, whose items are looked for; may be repeated.  "
                    "[default: all with items whose room is seen at least to half]")  # fmt: skip
@@ -51,7 +60,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 @json_option
 def command(
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, order_path: Path | None,
-    name: str | None, at: str | None, recorded: tuple[Path, ...], bin_names: tuple[str, ...],
+    name: str | None, at: str | None, recorded: tuple[Path, ...], is_aslant: bool, bin_names: tuple[str, ...],
     pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int, arm: str | None,
     standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
@@ -67,14 +76,18 @@ def command(
       apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json
       apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json --picture perceived.png
       apc perceive --scene scene.json --camera hand --at cam_E --bin bin_E -o perceived.json --json
+      apc perceive --scene scene.json --camera hand --at cam_E --aslant -o perceived.json
       apc perceive --scene scene.json --camera hand --at cam_E --pod pod.json -o perceived.json
       apc perceive --order order.json --cell apc2016_delft --recorded seen.json -o perceived.json
     """
+    from pickcli.errors import InputError
     from pickcli.files.png_file import write_png
     from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
     from pickcli.perception.perceived_picture import perceived_picture
 
     refuse_half(name, at, recorded)
+    if recorded and is_aslant:
+        raise click.UsageError("recordings are from where they are; leave --aslant out, and name several")
     inputs = (scene_path, cell_name, items_path, order_path, pod_path, *recorded)
     refuse_output(output, overwrite, *inputs)
     refuse_suffix(output, (".json",), "a file of perceived items")
@@ -93,13 +106,23 @@ def command(
     else:
         assert name is not None
         taken = (simulated_picture(scene, name, at or "home", (texture_seed, seed)),)
+    true = scene
     if pod_path is not None:
         scene = _with_pod(scene, pod_path)
     places = _places(scene, bin_names, contents, taken)
-    with stage("perception"):
-        found = tuple(_perceived(scene, contents, place, taken) for place in places)
     first = taken[0]
-    others = tuple(each.rgbd.T_world_camera for each in taken[1:])
+    if is_aslant and first.camera.link is None:
+        raise InputError(f"camera {first.camera.name}: no arm moves it, so it does not look aslant")
+    by_place = {
+        place: (*taken, *aslant_pictures(true, first, place, scene, (texture_seed, seed)))
+        if is_aslant
+        else taken
+        for place in places
+    }
+    with stage("perception"):
+        found = tuple(_perceived(scene, contents, place, by_place[place]) for place in places)
+    used = {id(each): each for pictures in by_place.values() for each in pictures if each is not first}
+    others = tuple(each.rgbd.T_world_camera for each in used.values())
     perceived = Perceived(
         scene.cell.name, first.camera.name, first.camera.model.name, first.rgbd.T_world_camera, found,
         also_from=others,

@@ -105,13 +105,26 @@ def viewpoints_of(place: Place, cell: Cell) -> tuple[Viewpoint, ...]:
         InputError: No depth camera sees enough of it.
     """
     first = viewpoint_of(place, cell)
+    return (first, *aslant_viewpoints(first, place, empty_scene(cell)))
+
+
+def aslant_viewpoints(first: Viewpoint, place: Place, believed: Scene) -> tuple[Viewpoint, ...]:
+    """Turn a viewpoint to both sides about the vertical through the middle of the mouth of a place.
+
+    Args:
+        first: The viewpoint.
+        place: The place.
+        believed: A scene with the place where it is believed to be.
+
+    Returns:
+        Those of both from which enough of the place is seen, and where the arm keeps its clearance wherever
+        the pod may stand; none if the arm does not move the camera.
+    """
     if first.camera.link is None:
-        return (first,)
-    nominal = empty_scene(cell)
-    aside = (_turned(first, side, (angle, 0.0), (place, nominal)) for side, angle in _SIDES)
-    return (
-        first,
-        *(each for each in aside if each is not None and _seen_from(each, place, nominal) >= LEAST_SEEN),
+        return ()
+    aside = (_turned(first, side, (angle, 0.0), (place, believed)) for side, angle in _SIDES)
+    return tuple(
+        each for each in aside if each is not None and _seen_from(each, place, believed) >= LEAST_SEEN
     )
 
 

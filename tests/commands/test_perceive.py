@@ -205,12 +205,34 @@ def test_recordings_from_several_places_are_looks_that_may_agree(
         assert min(np.abs(item.T_world_item - T).max() for T in poses) < 1e-6
 
 
+def test_looks_from_both_sides_give_bounds_by_what_they_agree_on(
+    made: Made, cell: Cell, tmp_path: Path
+) -> None:
+    path, argv = tmp_path / "a.json", ("perceive", "--scene", made.scene, "--camera")
+    at = ("--at", "cam_C", "--bin", "bin_C", "-o", path)
+    answer = apc(*argv, "hand", *at, "--aslant")
+    assert answer.code == 0, answer.err
+    perceived, place = read_perceived(path, cell), cell.places["bin_C"]
+    aside = [each.T_world_camera for each in viewpoints_of(place, cell)[1:]]
+    np.testing.assert_allclose(perceived.also_from, aside, atol=1e-7)
+    scene = read_scene(made.scene, cell)
+    for item in perceived.places[0].items:
+        assert item.T_world_item is not None and item.bound is not None
+        off = item.T_world_item[:3, 3] - scene.find(item.id).T_world_item[:3, 3]
+        assert np.linalg.norm(off) <= item.bound.position < 0.004
+    first = path.read_bytes()
+    assert apc(*argv, "hand", *at, "--aslant", "--overwrite").code == 0 and path.read_bytes() == first
+    fixed = apc(*argv, "boom", "--bin", "tote", "-o", tmp_path / "b.json", "--aslant")
+    assert fixed.code == 3 and "camera boom: no arm moves it" in fixed.err
+
+
 def test_mistakes_with_recordings_are_told(made: Made, tmp_path: Path) -> None:
     recorded, out = _recorded(made, "cam_C", tmp_path), tmp_path / "p.json"
     argv = ("perceive", "--scene", made.scene, "-o", out)
     cases: list[tuple[tuple[object, ...], int, str]] = [
         (("--recorded", recorded, "--camera", "hand"), 2, "leave --camera out"),
         (("--recorded", recorded, "--at", "cam_C"), 2, "leave --at out"),
+        (("--recorded", recorded, "--aslant"), 2, "leave --aslant out"),
         ((), 2, "name a camera with --camera, or recordings with --recorded"),
         (("--recorded", tmp_path / "none.json"), 3, "none.json"),
     ]
