@@ -11,6 +11,7 @@ from pickcli.scene.touching import PosedSolids, gaps
 # m, besides the error of the item's pose: what hangs over an edge is seen down to a pixel beside the item,
 # and the verifier measures distances by other means
 REACH = 2.0 * TOUCH
+NOT_RECOGNISED = "not recognised"  # why nothing is taken that touches it, in the words of a reason
 
 
 def unrecognised_at(scene: Scene, item_id: str) -> tuple[str, ...]:

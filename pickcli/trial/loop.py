@@ -15,6 +15,7 @@ from typing import TypeAlias
 from pickcli.grasping.method_choice import may_hold
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from pickcli.statics.unrecognised import NOT_RECOGNISED
 from pickcli.strategy.name_check import unknown_names
 from pickcli.strategy.strategy_player import StrategyPlayer
 from pickcli.strategy.trial_actions import OpenTarget
@@ -201,7 +202,8 @@ class _Trial:
         self.targets.put(replace(state, clearings=state.clearings + 1))
         placed = self.targets.chosen_copy(scene, state)
         if placed is None:
-            return self._uncover(state, scene)
+            is_there = bool(self.runner.perception.refusal(state.target.item, state.target.bin))
+            return is_there and self._uncover(state, scene, state.target.bin)
         now = self.runner.clock.now
         wanted = Attempt(
             state.target, placed.id, state.attempts, now, Outcome.NO_PLAN, out_of=placed.location
@@ -236,19 +238,24 @@ class _Trial:
                 self.targets.put(replace(self.targets.open[index], cleared=state.cleared + 1))
                 return True
             clearing.also(aside.in_the_way)
-        return False
+        return self._touches_unrecognised(state) and self._uncover(state, scene, placed.location, placed.id)
 
-    def _uncover(self, state: TargetState, scene: Scene) -> bool:
-        """If a target is not recognised, move aside what hides most of its place; return whether it was.
+    def _touches_unrecognised(self, state: TargetState) -> bool:
+        """Whether a target was refused last as something that nobody recognised may rest or lean on it."""
+        tried = (attempt for other, attempt in reversed(self.attempts) if other.index == state.index)
+        last = next((attempt for attempt in tried if not attempt.is_aside), None)
+        return last is not None and any(reason.what == NOT_RECOGNISED for reason in last.reasons)
 
-        What no look shows is behind what is recognised: the place is looked into again without that.
+    def _uncover(self, state: TargetState, scene: Scene, place: str, wanted: str = "") -> bool:
+        """Move aside what hides most of the place of a target; return whether something was moved.
+
+        What no look shows, or not surely enough, is behind what is recognised: the place is looked into again
+        without that.
         """
-        target, perception = state.target, self.runner.perception
-        if not perception.refusal(target.item, target.bin):
-            return False
-        for name in perception.hiding(target.bin):
-            if not self.runner.has_time_to_plan:
-                break
+        target = state.target
+        for name in self.runner.perception.hiding(place):
+            if name == wanted or not self.runner.has_time_to_plan:
+                continue
             hiding = scene.find(name)
             is_known = self.memory.stuck(name, scene) is not None  # the same query would fail again
             if is_known or self.asides.would_repeat(name, hiding.location, scene):

@@ -17,6 +17,7 @@ from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT, IDEAL
+from pickcli.statics.unrecognised import NOT_RECOGNISED
 from pickcli.strategy.strategy_tree import Strategy, StrategyNode
 from pickcli.trial.action_values import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS
 from pickcli.trial.final_state import Drop
@@ -217,6 +218,27 @@ def test_what_hides_most_comes_first_and_what_cannot_be_moved_is_left(
     result = play(fixed)
     assert outcomes(result)["scotch_duct_tape"] is Outcome.NOT_RECOGNISED
     assert result.clock < 300.0  # it is left alone although there is time
+
+
+def test_what_may_rest_on_a_target_unrecognised_is_uncovered_alike(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The target is seen, but refused as something that nobody recognised touches it."""
+    hide(monkeypatch, hidden="nothing", names=("scotch_duct_tape", "jane_eyre_dvd", "dove_beauty_bar"))
+    fake = ScriptedTrial(scene_of(ORDER, cell))
+    plan = fake.plan
+
+    def refuse(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
+        is_covered = fake.scene.find("jane_eyre_dvd").location == "bin_B"  # whatever is left out to see why
+        if query.item == "scotch_duct_tape" and is_covered:
+            raise NoPlanError("pick", [Reason(NOT_RECOGNISED, "at rest", "unrecognised_bin_B_0")])
+        return plan(scene, query, start, seed, certify)
+
+    fake.plan = refuse  # type: ignore[method-assign]
+    result = play(fake)
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.IN_TOTE
+    moved = [plan.query for plan in fake.executed if " into " in plan.query]
+    assert len(moved) == 1 and moved[0].startswith("pick jane_eyre_dvd")
 
 
 def test_other_targets_are_not_moved_aside_for_one_that_is_hidden(

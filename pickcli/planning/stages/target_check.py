@@ -10,7 +10,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.scene.scene import PlacedItem
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.statics.pushing import riders
-from pickcli.statics.unrecognised import unrecognised_at
+from pickcli.statics.unrecognised import NOT_RECOGNISED, unrecognised_at
 
 
 def check_target(problem: PickProblem) -> Failures:
@@ -53,7 +53,7 @@ def _unrecognised(problem: PickProblem) -> tuple[Reason, ...]:
     if not found:
         return ()
     detail = f"what nobody recognised may rest on {target.id} or lean on it; look again"
-    return (Reason("not recognised", "at rest", f"{found[0]}: {detail}"),)
+    return (Reason(NOT_RECOGNISED, "at rest", f"{found[0]}: {detail}"),)
 
 
 def _contradictions(problem: PickProblem) -> tuple[Reason, ...]:
