@@ -40,7 +40,7 @@ COMMANDS: dict[str, str] = {
     "roll-out": "Let a controller bring the tool into an envelope of an item, and show how its tasks fare.",
     "render": "Render what a camera of the cell sees of a scene.",
     "locate-pod": "Estimate where the pod stands from one depth picture, with bounds of the error.",
-    "perceive": "Find the listed items of bins in one look of a camera.",
+    "perceive": "Find the listed items of bins in pictures of a camera.",
     "believe": "Make the scene that a planner believes in from what was perceived.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",
     "plan-shift": "Plan one shift: move an item within its bin, lifted a little.",

@@ -40,8 +40,8 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 @click.option("--order", "order_path", type=PATH, metavar="ORDER",
               help="Order that says what is in each place.  [default: what the scene has there]")  # fmt: skip
 @camera_or_recording_options
-@click.option("--aslant/--straight", "is_aslant", default=False, show_default=True,
-              help="Whether the camera looks into each place from both sides, too, by 20 "
+@click.option("--aslant", "is_aslant", is_flag=True,
+              help="Let the camera look into each place from both sides, too, by 20 "
                    "degrees.")  # fmt: skip
 @click.option("--bin", "bin_names", metavar="PLACE", multiple=True,
               help="Bin, or other place, whose items are looked for; may be repeated.  "
