@@ -174,7 +174,8 @@ def plan_intercept(
         for share in WHERE_PLANNED:
             t_planned = soonest + share * (belt.last - soonest)
             problem = PickProblem.of(context, belt.at(t_planned), picked, seed)
-            tried = _tried(replace(problem, by_named=by_named), belt, t_planned, start, certify, began)
+            problem = replace(problem, by_named=by_named, over_rim=True)
+            tried = _tried(problem, belt, t_planned, start, certify, began)
             if tried.plan is not None:
                 return tried.plan
             failures, has_grasp = failures + tried.failures, has_grasp or tried.has_grasp

@@ -101,6 +101,8 @@ class PickProblem:
         shift: Way of the target, if it is moved within its place.
         by_named: Whether the arm takes the target only as inverse kinematics leads there from the
             configurations that the cell names for the place, and not from others, too.
+        over_rim: Whether the target is dropped from over the rim of its destination where that is not too
+            high, instead of from between the walls.
     """
 
     context: PlanningContext
@@ -112,6 +114,7 @@ class PickProblem:
     seed: int = 0
     shift: ShiftCorridor | None = None
     by_named: bool = False
+    over_rim: bool = False
 
     @classmethod
     def of(cls, context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:

@@ -25,6 +25,7 @@ from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 
 STANDING = 1e-6  # s of the plan in a step: slower, a belt stands
 OWN_PACE = 1e-6  # difference of the rate of the plan's time from 1, which is none
+OWN_CHANGE = 2e-5  # 1/s of that rate, which is none: what is dropped at once is a jerk of every joint
 MOST_HELD = 60.0  # s for which a plan waits for a belt that has stopped
 LONGEST_LAG = 500  # set points among which the measured configuration is searched: half a second
 HARD = (StopCause.CONTACT, StopCause.FOLLOWING_ERROR)  # after which motors brake as hard as they can
@@ -167,7 +168,8 @@ class BeltRun(PlanRun[D]):
             self.set_point(trajectory.sample(t_plan)[0], t_plan)
             if self.stop is None and (why := self._strayed(clock, t_held)) is not None:
                 self.stop, self.stopped_in = why, self.segment_at(t_plan)
-            if t_plan > clock.t_left and abs(clock.rate - 1.0) < OWN_PACE:
+            is_steady = abs(clock.rate - 1.0) < OWN_PACE and abs(clock.scaling.change) < OWN_CHANGE
+            if t_plan > clock.t_left and is_steady:
                 self._clock, self._is_beside_belt = None, True
                 return
 

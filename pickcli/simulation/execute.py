@@ -26,7 +26,7 @@ from pickcli.simulation.supervision import Supervisor
 from pickcli.simulation.weight_watch import WeightWatch
 from pickcli.simulation.world import World
 
-FALL_TIME = 0.6  # s of simulation at the end if an item was lost and is falling
+FALL_TIME = 0.6  # s of simulation at the end if an item was lost or dropped and is falling
 CONTACT_TIME_MARGIN = 0.02  # s of the plan by which allowed contacts outlast the segment that plans them
 RETURN_TIME = 0.3  # s for the return onto the path, from rest to rest
 YIELD_TIME = 0.5  # s after a contact in which the robot may move back along its path until nothing presses
@@ -79,7 +79,9 @@ def execute(
     run = _Run(plan, world, pace, on_progress, on_step)
     run.operator = operator or _random_operator(plan, world)
     run.play()
-    return run.execution()
+    t_end = world.t
+    run.let_fall()
+    return replace(run.execution(), t_end=t_end)
 
 
 def _random_operator(plan: Plan, world: World) -> OperatorSignal:
@@ -123,6 +125,12 @@ class _Run(BeltRun[World]):
             held=world.held,
             max_load=self.max_load,
         )
+
+    def let_fall(self) -> None:
+        """Let what was dropped at the very end of a plan at a belt come to rest, to see where it lies."""
+        world, from_belt = self.world, self.plan.tracking is not None
+        while from_belt and any(world.t - release.t < FALL_TIME for release in self._releases()):
+            self.step()
 
     @property
     def end_time(self) -> float:

@@ -23,7 +23,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.item_stream import ItemStream, RidingItem
-from pickcli.scene.scene import TOTE, PoseNoise, Scene
+from pickcli.scene.scene import TOTE, PoseNoise
 from pickcli.seeds import derived_rng
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
@@ -251,13 +251,13 @@ class _StreamTrial:
         watch = _Watch(plan, world, self.context.method.rests(cell.devices, release_time).taking)
         run = execute(plan, world, on_step=watch.after_step)
         t_start = self.t
-        self.t += world.t
+        self.t += run.t_end  # from where the arm goes on, while what it has dropped still falls
         # Clear of what the belt brings, the empty arm goes on from where it came to rest.
         goes_on = run.stop is None or (bool(run.is_clear) and world.held is None)
         if self.tracks is not None:
             self.tracks.take(true, t_start)
             self.tracks.hide(t_start, self.t + (0.0 if goes_on else RESET_TIME))
-        self._learn(world, scene, true, item)
+        self._learn(world, t_start + world.t, true, item)
         item.t_end, self.t_end = self.t, self.t
         item.met = watch.measured(t_start)
         self._count(item, run)
@@ -283,17 +283,17 @@ class _StreamTrial:
         if run.stop is not None:
             item.reason = "; on the way off: ".join(map(str, (run.stop, *run.stops_on_way_off)))
 
-    def _learn(self, world: World, scene: Scene, true: ItemStream, item: _Item) -> None:
-        """Note where the items truly are after a motion; those that it knocked off the belt are lost."""
+    def _learn(self, world: World, t: float, true: ItemStream, item: _Item) -> None:
+        """Note where the items truly are at a time (s); those that a motion knocked off the belt are lost."""
         T_belt_world, taken = inverse(true.carrier.T_world_carrier), item.riding.id
-        for placed in scene.items:
+        for placed in world.scene.items:
             other = self.open[placed.id]
             T = T_belt_world @ world.engine.pose(placed.id)
-            ridden = true.travel_at(other.riding, self.t), *other.riding.T_belt_item[1:3, 3]
+            ridden = true.travel_at(other.riding, t), *other.riding.T_belt_item[1:3, 3]
             has_moved = float(np.linalg.norm(T[:3, 3] - ridden)) > MOVED
             if self.tracks is not None and (has_moved or placed.id == taken):
                 self.tracks.forget(placed.id)
-            other.riding = replace(other.riding, stamp=self.t, T_belt_item=T)
+            other.riding = replace(other.riding, stamp=t, T_belt_item=T)
             is_off = abs(T[1, 3]) > true.belt.width / 2 or T[2, 3] < 0.0
             if is_off and placed.id != taken:
                 other.reason = f"knocked off the belt in an attempt at {taken}"

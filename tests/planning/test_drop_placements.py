@@ -120,3 +120,29 @@ def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> No
     failures = drop_placements(scene, cell.places["tote"], huge_held, STRAIGHT)
     assert isinstance(failures, Failures)
     assert [reason.what for reason in failures] == ["does not fit between the walls"]  # said once
+
+
+@pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
+def test_over_the_rim_nothing_is_between_the_walls_and_the_fall_is_allowed(
+    scene_with: SceneWith, held: AttachedItem, tool_state: ToolState
+) -> None:
+    scene = scene_with()
+    tote = scene.cell.places["tote"]
+    rim = float((tote.T_carrier_place @ tote.access.T_place_mouth)[2, 3])
+    floor = float(tote.T_carrier_place[2, 3]) + tote.room.floor_back
+    spots = drop_placements(scene, tote, held, tool_state, over_rim=True)
+    assert not isinstance(spots, Failures) and spots
+    for spot in spots:
+        low, _ = box(released_pose(spot, held), held)
+        assert rim < low[2] <= floor + MAX_DROP + 1e-9
+        assert np.array_equal(spot.above, spot.release)
+
+
+def test_what_would_fall_too_far_from_over_the_rim_is_not_dropped_from_there(
+    scene_with: SceneWith, held: AttachedItem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pickcli.planning.stages.drop_placements.MAX_DROP", 0.2)
+    scene = scene_with()
+    tote = scene.cell.places["tote"]
+    assert isinstance(drop_placements(scene, tote, held, STRAIGHT, over_rim=True), Failures)
+    assert not isinstance(drop_placements(scene, tote, held, STRAIGHT), Failures)

@@ -13,7 +13,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import NoPlanError, UnknownNameError
-from pickcli.geometry import pose
+from pickcli.geometry import inverse, pose
 from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import times_at_work
 from pickcli.motion.plan_file import plan_to_dict
@@ -45,6 +45,22 @@ def contact_end(pick: BeltPick) -> float:
 def test_the_verifier_accepts_it(pick: BeltPick) -> None:
     verdict = verify(pick.plan, pick.scene)
     assert verdict.reasons == () and verdict.certificate is not None
+
+
+def test_it_ends_at_rest_over_the_rim_as_the_item_leaves_the_cup(pick: BeltPick) -> None:
+    plan, tote = pick.plan, cell().places["tote"]
+    assert plan.grasp is not None
+    carrying, last = plan.segments[-2:]
+    assert (carrying.kind, last.kind) == (SegmentKind.TRANSFER, SegmentKind.DEPART) and last.held is None
+    valve = next(each for each in plan.events if (each.device, each.action) == ("valve", "off"))
+    resting = np.linspace(valve.t_trigger or 0.0, last.t_end, 40)
+    assert np.abs(plan.trajectory.sample(resting, 1)).max() < 1e-9
+    tip = context().arm.tips(plan.trajectory.sample(resting[-1:]), last.tool_state)[0]
+    T_world_item = tip @ inverse(plan.grasp.T_item_tip)
+    shape = pick.scene.find(plan.grasp.item).item.shape
+    lowest = T_world_item[2, 3] - shape.reach(T_world_item[:3, :3])[2]
+    assert 0.0 < lowest - (tote.T_carrier_place @ tote.access.T_place_mouth)[2, 3] < 0.1
+    assert lowest - tote.T_carrier_place[2, 3] - tote.room.floor_back <= 0.3
 
 
 def test_the_tool_rests_on_the_item_while_that_rides(pick: BeltPick) -> None:

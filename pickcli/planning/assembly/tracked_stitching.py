@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pickcli.cell.device import DeviceKind, device_of
 from pickcli.collision.collision_world import build_world
 from pickcli.collision.motion_segment import Mode, MotionSegment, at_rest, scaled_segments
 from pickcli.errors import Failures, Reason
@@ -33,11 +34,15 @@ from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import RestingRun, delayed
 from pickcli.timing.limit_check import LIMIT_TOLERANCE, measure_limits
-from pickcli.timing.line_tracking import TrackedMotion, relative_to_belt, shifted
+from pickcli.timing.line_tracking import MOST_PACE, TrackedMotion, relative_to_belt, shifted
 from pickcli.timing.plan_parts import PlanPart, joined
 from pickcli.timing.timed_run import TimedRun
 
 SAME_TIME = 1e-9  # s
+PACED_LEAVING = (
+    MOST_PACE**-3
+)  # of the limits: off the belt the plan still has its pace, whose cube the jerk has
+LET_GO = 0.05  # s at rest over a rim at the end of a plan, in which the item has left the cup
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,11 +209,11 @@ def _timed(
 ) -> _TimedParts | Failures:
     """Time all parts, each along the axis where it is in its own time."""
     context = taking.problem.context
+    carried = _paced(carried)
     transfer = carried_motion(meeting.after, replace(carried, taking=replace(carried.taking, outward=())))
     if isinstance(transfer, Failures):
         return transfer
-    away = scaled_segments(context.cell.speed_scale, carried.placement.away)
-    last = proven_run(context, carried.placement.scene, away)
+    last = _away(meeting, carried)
     if isinstance(last, Failures):
         return last
     rests = context.method.rests(context.cell.devices, context.settings.release_time)
@@ -227,21 +232,43 @@ def _timed(
     slowing = RestingRun.of(context.arm.names, carried.taking.end, falling.duration)
     *parts, release = transfer.parts
     opening = carried.placement.away[0] if closes else None
+    stays = not any(segment.has_length for segment in carried.placement.away)
+    # Off a coarse motion the valve closes only once the arm rests, as the item would be thrown otherwise.
+    valve_lead = device_of(context.cell.devices, DeviceKind.VALVE).lead if stays else 0.0
+    releasing = rests.releasing + valve_lead
     left = (
         *([PlanPart([leaves], slowing, continues=True)] if falling.rests else []),
         *parts,
-        replace(release, rest=rests.releasing, at_rest=opening),
-        PlanPart(away, last),
+        replace(release, rest=releasing, at_rest=opening),
+        last,
     )
     return _TimedParts(
         coming=[PlanPart(transit, arrival.run, arrival.ramp)],
         tracking=[_along(part, meeting.axis, met) for part in (to_item, *taking.outward.parts)],
         leaving=[_along(part, meeting.axis, end) for part in left],
-        n_away=len(away),
+        n_away=len(last.segments),
         tracked=tracked,
         wait=t_up - arrival.ramp - arrival.run.trajectory.duration,
         transfer_load=transfer.load,
     )
+
+
+def _paced(carried: PickMotion) -> PickMotion:
+    """Return a motion whose way with the item to its placement leaves room for the pace of a faster belt."""
+    transfer, inward = carried.transfer, carried.placement.inward
+    placement = replace(carried.placement, inward=tuple(each.scaled(PACED_LEAVING) for each in inward))
+    segments = tuple(each.scaled(PACED_LEAVING) for each in transfer.segments)
+    return replace(carried, transfer=replace(transfer, segments=segments, placement=placement))
+
+
+def _away(meeting: Meeting, carried: PickMotion) -> PlanPart | Failures:
+    """Time the way from where the item is released; from over a rim there is none: the plan ends there."""
+    context, away = meeting.after.context, carried.placement.away
+    moving = scaled_segments(context.cell.speed_scale, away)
+    if not moving:
+        return PlanPart(away, RestingRun.of(context.arm.names, away[0].start, LET_GO))
+    run = proven_run(context, carried.placement.scene, moving)
+    return run if isinstance(run, Failures) else PlanPart(moving, run)
 
 
 def _offset(tracked: TrackedMotion, t: float) -> float:

@@ -52,7 +52,7 @@ class DropPlacement:
 
     Attributes:
         release: (4, 4) pose of the tool frame in the world at release.
-        rise: m of the straight way down to it and up again.
+        rise: m of the straight way down to it and up again; 0 over the rim.
         cost: m, height of the pile and turns of the wrist weighted together; the least is best.
     """
 
@@ -77,7 +77,10 @@ class _Grid:
     cost: Array  # (A, G), infinite if the position is not tried
 
     @classmethod
-    def of(cls, pile: Pile, T_item: Array, reach: Array, play: Array, prices: Array, is_level: bool) -> _Grid:
+    def of(
+        cls, pile: Pile, T_item: Array, reach: Array, play: Array, prices: Array, is_level: bool,
+        over_rim: bool,
+    ) -> _Grid:  # fmt: skip
         """Weigh the height of the pile, the drop, the lever, the rise and the turn of the wrist.
 
         An item that lands beside its middle turns over, and its near end rises towards the tool. The end of a
@@ -101,7 +104,12 @@ class _Grid:
         if is_level:
             tip = np.maximum(tip, pile.rim + LANCE_ABOVE_RIM)
         lowest = tip + T_item[:, None, 2, 3] - reach[:, None, 2]
-        rise = np.maximum(LEAST_RISE, pile.rim + ABOVE_RIM - lowest)
+        if over_rim:
+            higher = np.maximum(0.0, pile.rim + ABOVE_RIM - lowest)
+            tip, lowest = tip + higher, lowest + higher
+        rise = np.zeros_like(lowest)
+        if not over_rim:
+            rise = np.maximum(LEAST_RISE, pile.rim + ABOVE_RIM - lowest)
         short = np.maximum(turn_up - (lowest - height), 0.0)
         fall = lowest - height + pile.levers(centres, footprints) + short
         cost = fall + 2.0 * (height - pile.floor) + 0.3 * rise + prices[:, None]
@@ -230,6 +238,7 @@ def drop_placements(
     tool_state: ToolState,
     n_most: int = 30,
     uncovered: frozenset[str] = frozenset(),
+    over_rim: bool = False,
 ) -> tuple[DropPlacement, ...] | Failures:
     """Find where the item fits between the walls of a place that is open above.
 
@@ -243,6 +252,7 @@ def drop_placements(
         tool_state: State of the tool.
         n_most: Most placements.
         uncovered: Ids of items that are to stay uncovered, if there is room.
+        over_rim: Whether the item is wholly over the rim when it is released.
 
     Returns:
         The placements, lowest pile first; or the reasons for failure.
@@ -255,8 +265,9 @@ def drop_placements(
     reach = held.item.shape.reach(T_item[:, :3, :3]) + held.inflate
     play = pile.half_room - reach[:, :2]
     grid = _Grid.of(
-        pile, T_item, reach, play - np.clip(0.8 * play, LEAST_WALL_DISTANCE, WALL_DISTANCE), prices, is_level
-    )
+        pile, T_item, reach, play - np.clip(0.8 * play, LEAST_WALL_DISTANCE, WALL_DISTANCE), prices, is_level,
+        over_rim,
+    )  # fmt: skip
     grid = grid.beside(pile.covered(grid.centres, reach[:, None, :2], uncovered))
     n_each = PER_ORIENTATION
     if scene.cell.others:  # each arm reaches a part of the place: of all positions, the nearest first

@@ -9,6 +9,7 @@ from pickcli.errors import Failures
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.drop_placements import plan_drops
+from pickcli.planning.stages.rim_drops import plan_rim_drops
 from pickcli.planning.stages.set_down import plan_set_downs
 
 
@@ -26,6 +27,8 @@ def plan_placements(
         every reason for failure.
     """
     if problem.destination.is_open_box:
+        if problem.over_rim:
+            yield plan_rim_drops(problem, chosen)
         yield plan_drops(problem, chosen)
         return
     for tool_state in _placing_states(problem, chosen):
