@@ -46,6 +46,8 @@ COMMANDS: dict[str, str] = {
     "plan-shift": "Plan one shift: move an item within its bin, lifted a little.",
     "plan-topple": "Plan a push that topples an item in an open box, or pushes it off others.",
     "plan-stow": "Plan one stow: take an item out of the tote, and set it down in a bin.",
+    "make-pallet-order": "Draw a random order of cartons on a pallet.",
+    "plan-pallet": "Plan where each carton of an order stands on its pallet, and in which sequence.",
     "plan-move": "Plan a move between two configurations.",
     "verify": "Check a plan with the independent verifier.",
     "execute": "Execute a plan in pybullet or with another driver, or plan and execute queries.",

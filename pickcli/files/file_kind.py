@@ -50,6 +50,7 @@ RECORDING = FileKind("a recording", "apc render --recording writes one")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 STACK = FileKind("a stack of tasks", "those of data/stacks are examples")
+PALLET = FileKind("an order of a pallet", "apc make-pallet-order draws one")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
@@ -69,6 +70,7 @@ KINDS = (
     REALITY,
     STRATEGY,
     STACK,
+    PALLET,
     URDF,
     SRDF,
     JOINT_LIMITS,
@@ -86,6 +88,7 @@ _BY_FORMAT = {
     b"reality": REALITY,
     b"strategy": STRATEGY,
     b"stack": STACK,
+    b"pallet": PALLET,
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)

@@ -1,0 +1,70 @@
+"""``apc plan-pallet``: where each carton of an order stands on its pallet, in which sequence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pickcli.commands.command import Command, emit_json
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
+from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+
+
+@click.command("plan-pallet", cls=Command)
+@click.argument("order_path", metavar="ORDER", type=PATH)
+@click.option("--online", is_flag=True,
+              help="Stack in the sequence of the order, as cartons come, not in one of its own.")  # fmt: skip
+@click.option("--look-ahead", type=click.IntRange(0, 20), default=0, show_default=True, metavar="N",
+              help="With --online: number of cartons after the present one that are seen.")  # fmt: skip
+@output_option("stack")
+@seed_option
+@json_option
+def command(
+    order_path: Path, online: bool, look_ahead: int, output: Path, overwrite: bool, seed: int, as_json: bool
+) -> None:
+    """Plan where each carton of an order stands on its pallet, and in which sequence they are put up.
+
+    Every carton comes straight down and stands by itself at any time, by the polygons that bear it; then the
+    whole is put up in the physics engine. What has no place is listed with the reasons. Exit code 5 when no
+    carton has one, 4 when anything moved in the engine; nothing is written then.
+
+    \b
+    Example:
+      apc plan-pallet pallet.json -o stack.json
+      apc plan-pallet pallet.json --online --look-ahead 3 -o stack.json
+    """
+    from pickcli.errors import NoPlanError, RejectedError
+    from pickcli.palletizing.drop_test import drop_test
+    from pickcli.palletizing.pallet_order_file import read_pallet_order
+    from pickcli.palletizing.pallet_stack_file import stack_to_dict, write_pallet_stack
+    from pickcli.palletizing.stacking import stack_all, stack_as_they_come
+
+    if look_ahead and not online:
+        raise click.UsageError("--look-ahead is for --online; without it the whole order is known")
+    refuse_output(output, overwrite, order_path)
+    order = read_pallet_order(order_path)
+    with stage("stacking"):
+        stack = stack_as_they_come(order, look_ahead) if online else stack_all(order, seed)
+    if not stack.placements:
+        raise NoPlanError("a stack", [reason for left in stack.left.values() for reason in left.reasons])
+    with stage("drop test"):
+        tested = drop_test(stack)
+    if not tested.is_stable:
+        advice = "report it: what is proven to stand stands in the engine"
+        raise RejectedError(f"stack of {order_path}", tested.reasons, advice)
+    write_pallet_stack(output, stack, tested, overwrite)
+    if as_json:
+        told = stack_to_dict(stack, tested)
+        figures = {"placed": len(stack.placements), "of": len(order.cartons), "fill": stack.fill}
+        emit_json({"path": str(output), **figures, "left": told["left"], "drop_test": told["drop_test"]})
+        return
+    for reasons in stack.left.values():
+        click.echo(f"left: {reasons.summary()}")
+    top = max(float(placement.high[2]) for placement in stack.placements) + order.pallet.deck
+    placed = f"{len(stack.placements)} of {len(order.cartons)} cartons, {top:.2f} m high"
+    most = 1e3 * max(tested.sinking, tested.shift)
+    click.echo(
+        f"{placed}, {100 * stack.fill:.0f} % full; nothing moved over {most:.0f} mm in the engine: {output}"
+    )

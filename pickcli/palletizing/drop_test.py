@@ -1,0 +1,102 @@
+"""Puts a stack up in the physics engine, carton by carton: the second opinion on whether it stands.
+
+As in BED-BPP (F. Kagerer et al., "BED-BPP: Benchmarking dataset for robotic bin packing problems", IJRR
+42(14), 2023), a stack is stable if no carton moves by more than 10 mm in height. Boxes are shrunk, so that
+the engine does not push apart what stands side by side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.errors import Reason
+from pickcli.geometry import Array, pose
+from pickcli.palletizing.pallet_stack import PalletStack, Placement
+from pickcli.simulation.engine import Engine
+
+MOST_SINKING = 0.010  # m in height, of BED-BPP
+MOST_SHIFT = 0.020  # m sideways, beyond which a carton is not where others are put up beside it
+TIME_STEP = 2e-3  # s
+DROPPED = 1e-3  # m over its place, from which each carton falls
+SHRUNK = 1e-3  # m of each side
+BETWEEN, AFTERWARDS = 0.25, 2.0  # s after each carton, and after all
+DECK = "pallet deck"
+GREY, BROWN = (0.6, 0.6, 0.6, 1.0), (0.7, 0.5, 0.3, 1.0)
+
+
+@dataclass(frozen=True)
+class DropTest:
+    """What became of a stack in the engine.
+
+    Attributes:
+        sinking: m, of the carton whose height changed most.
+        shift: m, of the carton that went farthest sideways.
+        reasons: Against the stack: one for each carton that moved by more than is allowed.
+    """
+
+    sinking: float
+    shift: float
+    reasons: tuple[Reason, ...]
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether nothing moved by more than is allowed."""
+        return not self.reasons
+
+
+def drop_test(stack: PalletStack) -> DropTest:
+    """Put up a stack carton by carton, and let it stand.
+
+    Args:
+        stack: The stack.
+
+    Returns:
+        How far the cartons ended from where they were put down.
+    """
+    engine = Engine(TIME_STEP)
+    try:
+        size = np.array(stack.order.pallet.size)
+        deck = Shape(ShapeKind.BOX, (float(size[0]), float(size[1]), 0.1))
+        engine.add_static(Body(DECK, deck, pose([0.0, 0.0, -0.05])), np.eye(4), GREY)
+        for placement in stack.placements:
+            T = pose(placement.centre + np.array([0.0, 0.0, DROPPED]))
+            engine.add_item(placement.carton.id, _solid(placement), T, BROWN)
+            for each in placement.rests_on:
+                engine.wake(each)
+            _run(engine, BETWEEN)
+        for placement in stack.placements:
+            engine.wake(placement.carton.id)
+        _run(engine, AFTERWARDS)
+        ends = {p.carton.id: engine.pose(p.carton.id)[:3, 3] for p in stack.placements}
+    finally:
+        engine.close()
+    return _judged(stack, ends)
+
+
+def _judged(stack: PalletStack, ends: dict[str, Array]) -> DropTest:
+    sinking, shift, reasons = 0.0, 0.0, []
+    for placement in stack.placements:
+        off = ends[placement.carton.id] - placement.centre
+        down, aside = abs(float(off[2])), float(np.linalg.norm(off[:2]))
+        sinking, shift = max(sinking, down), max(shift, aside)
+        if down > MOST_SINKING or aside > MOST_SHIFT:
+            detail = f"by {1e3 * down:.0f} mm in height, {1e3 * aside:.0f} mm sideways"
+            reasons.append(Reason("moves in the engine", placement.carton.id, detail))
+    return DropTest(sinking, shift, tuple(reasons))
+
+
+def _solid(placement: Placement) -> Item:
+    """The carton as the engine has it, along the axes of the pallet; its height is kept."""
+    x, y, z = placement.size.tolist()
+    shape = Shape(ShapeKind.BOX, (x - SHRUNK, y - SHRUNK, z))
+    name = placement.carton.id
+    return Item(name, 0, shape, placement.carton.mass, 0, {}, "", "", 0.0, 1.0, "", "")
+
+
+def _run(engine: Engine, duration: float) -> None:
+    for _ in range(round(duration / TIME_STEP)):
+        engine.step()

@@ -1,0 +1,135 @@
+"""Stacks keep what they promise: room, support at any time, loads, sequence; against a linear program."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+
+from pickcli.geometry import Array
+from pickcli.palletizing.drop_test import drop_test
+from pickcli.palletizing.pallet_order import Carton, Pallet, PalletOrder
+from pickcli.palletizing.pallet_stack import PalletStack, Placement
+from pickcli.palletizing.pallet_stack_file import loads_on, stack_to_dict
+from pickcli.palletizing.random_pallet_order import random_pallet_order
+from pickcli.palletizing.stacking import stack_all, stack_as_they_come
+from pickcli.palletizing.support_polygon import EMPTY
+
+SMALL = Pallet((0.6, 0.4), 0.1, 1.0, 200.0)
+
+
+def order_of(seed: int, n: int) -> PalletOrder:
+    return replace(random_pallet_order(n, seed), pallet=Pallet((0.8, 0.6), 0.144, 1.4))
+
+
+def corners_between(lower: Placement, upper: Placement) -> Array:
+    """Corners (4, 2) of the contact of two cartons."""
+    low = np.maximum(lower.low, upper.low)[:2]
+    high = np.minimum(lower.high, upper.high)[:2]
+    return np.array([low, (high[0], low[1]), high, (low[0], high[1])])
+
+
+def can_balance(placements: tuple[Placement, ...]) -> bool:
+    """Whether forces that only press, at the corners of all contacts, balance every carton."""
+    index = {p.carton.id: k for k, p in enumerate(placements)}
+    columns: list[Array] = []
+    for upper in placements:
+        bearers = [p for p in placements if p.carton.id in upper.rests_on]
+        ground = replace(upper, low=upper.low - (0.0, 0.0, upper.size[2]))
+        for lower in bearers or [ground]:
+            for x, y in corners_between(lower, upper).tolist():
+                column = np.zeros(3 * len(placements))
+                column[3 * index[upper.carton.id] :][:3] = 1.0, x, y
+                if bearers:
+                    column[3 * index[lower.carton.id] :][:3] = -1.0, -x, -y
+                columns.append(column)
+    weights = np.concatenate([p.carton.mass * np.array([1.0, *p.centre[:2]]) for p in placements])
+    A = np.array(columns).T
+    return bool(linprog(np.zeros(A.shape[1]), A_eq=A, b_eq=weights, bounds=(0, None)).status == 0)
+
+
+@pytest.mark.parametrize("look_ahead", [None, 0, 2])
+@given(seed=st.integers(0, 10_000), n=st.integers(1, 14))
+@settings(deadline=None, max_examples=12)
+def test_every_carton_stands_where_it_has_room_and_at_any_time(
+    look_ahead: int | None, seed: int, n: int
+) -> None:
+    order = order_of(seed, n)
+    stack = stack_all(order, seed) if look_ahead is None else stack_as_they_come(order, look_ahead)
+    pallet, placed = order.pallet, stack.placements
+    assert {p.carton.id for p in placed} | stack.left.keys() == {carton.id for carton in order.cartons}
+    for k, p in enumerate(placed):
+        assert (np.abs(p.low[:2]) <= np.array(pallet.size) / 2 + 1e-6).all()
+        assert (np.abs(p.high[:2]) <= np.array(pallet.size) / 2 + 1e-6).all()
+        assert p.low[2] >= 0.0 and p.high[2] + pallet.deck <= pallet.height + 1e-6
+        tops = [q.high[2] for q in placed[:k]]
+        assert p.from_above > max(tops, default=0.0)
+        for q in placed[:k]:  # what is beside its way down, or over it
+            across = np.minimum(p.high, q.high)[:2] - np.maximum(p.low, q.low)[:2]
+            if (across > -order.clearance + 1e-5).all():
+                assert q.high[2] <= p.low[2] + 6e-4
+        assert can_balance(placed[: k + 1])
+    bears = {carton.id: carton.bears for carton in order.cartons}
+    assert all(load <= bears[name] + 1e-9 for name, load in loads_on(stack).items())
+
+
+def test_no_two_cartons_overlap_and_the_engine_agrees_that_they_stand() -> None:
+    stack = stack_all(order_of(3, 16))
+    assert len(stack.placements) > 8
+    for p, q in combinations(stack.placements, 2):
+        assert (np.minimum(p.high, q.high) - np.maximum(p.low, q.low)).min() <= 1e-6
+    tested = drop_test(stack)
+    assert tested.is_stable and tested.sinking < 0.002
+
+
+def test_what_overhangs_falls_in_the_engine() -> None:
+    """The hull that bears it is narrower than half of it: no stacking would put it there."""
+    lower, upper = Carton("lower", (0.2, 0.2, 0.2), 2.0), Carton("upper", (0.4, 0.2, 0.1), 2.0)
+    order = PalletOrder(SMALL, (lower, upper))
+    base = Placement(lower, np.array([-0.3, -0.1, 0.0]), False, (), EMPTY, 1.0)
+    over = Placement(upper, np.array([-0.28, -0.1, 0.2]), False, ("lower",), EMPTY, 1.0)
+    tested = drop_test(PalletStack(order, (base, over)))
+    assert not tested.is_stable
+    assert [reason.where for reason in tested.reasons] == ["upper"]
+    assert not can_balance((base, over))
+
+
+def test_as_cartons_come_the_sequence_is_theirs() -> None:
+    order = order_of(5, 14)
+    ids = [carton.id for carton in order.cartons]
+    for look_ahead in (0, 3):
+        placed = [p.carton.id for p in stack_as_they_come(order, look_ahead).placements]
+        assert placed == [name for name in ids if name in placed]
+
+
+def test_heavy_cartons_stand_below_what_cannot_bear_them() -> None:
+    light = Carton("light", (0.59, 0.39, 0.2), 1.0, bears=1.5)
+    heavy = Carton("heavy", (0.59, 0.39, 0.2), 10.0, bears=50.0)
+    placed = stack_all(PalletOrder(SMALL, (light, heavy))).placements
+    assert [p.carton.id for p in placed] == ["heavy", "light"]
+    stack = stack_as_they_come(PalletOrder(SMALL, (light, heavy)))
+    assert "would crush what bears it" in stack.left["heavy"].summary()
+
+
+@pytest.mark.parametrize(
+    ("carton", "told"),
+    [
+        (Carton("tall", (0.3, 0.3, 0.95), 1.0), "no room"),
+        (Carton("heavy", (0.3, 0.3, 0.1), 201.0), "the pallet bears 200 kg"),
+    ],
+)
+def test_what_has_no_place_says_why(carton: Carton, told: str) -> None:
+    stack = stack_all(PalletOrder(SMALL, (carton,)))
+    assert not stack.placements and stack.share_placed == stack.fill == 0.0
+    assert told in stack.left[carton.id].summary()
+
+
+def test_the_same_seed_gives_the_same_stack() -> None:
+    order = order_of(8, 14)
+    first, again = (stack_to_dict(stack_all(order, 4), drop_test(PalletStack(order))) for _ in range(2))
+    assert first == again
