@@ -17,9 +17,9 @@ from pickcli.commands.options import json_option, output_option, refuse_output, 
 @seed_option
 @json_option
 def command(cartons: int, output: Path, overwrite: bool, seed: int, as_json: bool) -> None:
-    """Draw a random order of cartons to be stacked on a EUR pallet.
+    """Draw a random order of cartons on a pallet.
 
-    Sizes, masses and how many are alike are as in wholesale orders.
+    The pallet is a EUR pallet. Sizes, masses and how many are alike are as in wholesale orders.
 
     \b
     Example:

@@ -24,7 +24,7 @@ from pickcli.commands.options import json_option, output_option, refuse_output, 
 def command(
     order_path: Path, online: bool, look_ahead: int, output: Path, overwrite: bool, seed: int, as_json: bool
 ) -> None:
-    """Plan where each carton of an order stands on its pallet, and in which sequence they are put up.
+    """Plan where each carton of an order stands on its pallet, and in which sequence.
 
     Every carton comes straight down and stands by itself at any time, by the polygons that bear it; then the
     whole is put up in the physics engine. What has no place is listed with the reasons. Exit code 5 when no

@@ -78,8 +78,8 @@ def _in_orientation(
     at, far, across, is_over, z = at[kept], far[kept], across[kept], is_over[kept], z[kept]
     bears = is_over & (np.abs(tops - z[:, None]) <= LEVEL)
     areas = (np.where(bears[:, :, None], across, 0.0)).prod(axis=2).sum(axis=1) / size[:2].prod()
-    beside = _beside(at, far, z, size, lows, highs, edge, order.clearance)
     low = np.column_stack([at, z])
+    beside = _beside(low, low + size, lows, highs, edge, order.clearance)
     return LandingPlaces(low, is_turned, np.where(z == 0.0, 1.0, areas), beside)
 
 
@@ -94,23 +94,20 @@ def _along(lows: Array, highs: Array, length: float, edge: float, clearance: flo
     return [float(value) for value in found]
 
 
-def _beside(
-    at: Array, far: Array, z: Array, size: Array, lows: Array, highs: Array, edge: Array, clearance: float
-) -> Array:
+def _beside(low: Array, high: Array, lows: Array, highs: Array, edge: Array, clearance: float) -> Array:
     """Return (N,) m of the sides of bases that are within twice the clearance of others, or at the edge."""
-    total = np.zeros(len(at))
-    is_high = (lows[None, :, 2] < z[:, None] + size[2]) & (highs[None, :, 2] > z[:, None])
+    total = np.zeros(len(low))
+    is_high = (lows[None, :, 2] < high[:, None, 2]) & (highs[None, :, 2] > low[:, None, 2])
     for k in (0, 1):
         other = 1 - k
-        shared = np.minimum(far[:, None, other], highs[None, :, other]) - np.maximum(
-            at[:, None, other], lows[None, :, other]
+        shared = np.minimum(high[:, None, other], highs[None, :, other]) - np.maximum(
+            low[:, None, other], lows[None, :, other]
         )
         shared = np.where(is_high, np.maximum(shared, 0.0), 0.0)
-        for gap in (at[:, None, k] - highs[None, :, k], lows[None, :, k] - far[:, None, k]):
+        for gap in (low[:, None, k] - highs[None, :, k], lows[None, :, k] - high[:, None, k]):
             is_beside = (gap >= -ROUNDED) & (gap <= 2 * clearance)
             total += np.where(is_beside, shared, 0.0).sum(axis=1)
-        at_edge = (at[:, k] <= -edge[k] + 2 * clearance).astype(float) + (
-            far[:, k] >= edge[k] - 2 * clearance
-        )
-        total += at_edge * size[other]
+        is_first = low[:, k] <= -edge[k] + 2 * clearance
+        is_last = high[:, k] >= edge[k] - 2 * clearance
+        total += (is_first.astype(float) + is_last) * (high - low)[:, other]
     return total

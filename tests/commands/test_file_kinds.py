@@ -16,6 +16,7 @@ from pickcli.files.file_kind import (
     JOINT_LIMITS,
     KINDS,
     ORDER,
+    PALLET,
     PERCEIVED,
     PICTURE,
     PLAN,
@@ -47,6 +48,8 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "suggest-mount": {"cell_name": CELL},
     "compare-planners": {"cell_name": CELL},
     "make-order": {},
+    "make-pallet-order": {},
+    "plan-pallet": {"order_path": PALLET},
     "make-stream": {"cell_name": CELL},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "perceive": {
@@ -148,6 +151,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     found[SRDF].write_text('<robot name="arm">\n  <disable_collisions link1="a" link2="b"/>\n</robot>\n')
     assert apc("make-scene", "--in", f"tote={ITEM}", "-o", folder / IN_TOTE).code == 0
     assert apc("make-stream", "--items", 1, "-o", found[STREAM]).code == 0
+    assert apc("make-pallet-order", "--cartons", 1, "-o", found[PALLET]).code == 0
     tsrs = folder / "regions.tsrs"
     tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")
     return found | {
