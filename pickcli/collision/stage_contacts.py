@@ -305,9 +305,9 @@ class PickContacts:
                 still touch them, because lines are followed only approximately.
         """
         turned = ANGLE_ERROR_SHARE * self.scene.noise_of(self.target).angle * self.first_stretch
-        deeper = {name: slip + turned - self.near[name].gap for name in self.near}
-        least = {name: -self._apart(name) + slip if name in self._not_touched else 0.0 for name in self.near}
-        return {name: max(least[name], deeper[name]) * c.normal for name, c in self.near.items()}
+        deep = {name: max(0.0, slip + turned - c.gap) for name, c in self.near.items()}
+        deep |= {name: slip - self.near[name].gap for name in self._not_touched}
+        return {name: deep[name] * c.normal for name, c in self.near.items()}
 
     @cached_property
     def _not_touched(self) -> frozenset[str]:

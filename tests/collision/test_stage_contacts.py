@@ -9,7 +9,14 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.collision.allowed_contacts import AllowedContacts
-from pickcli.collision.stage_contacts import CupPress, PickContacts, while_coming_free, while_resting_on
+from pickcli.collision.stage_contacts import (
+    ALONE_LINE_DEVIATION,
+    CupPress,
+    PickContacts,
+    while_coming_free,
+    while_resting_on,
+)
+from pickcli.geometry import pose
 from pickcli.scene.scene import PoseNoise, Scene
 from support.handmade_piles import lying_on
 
@@ -67,6 +74,22 @@ def test_the_target_alone_may_sink_less_deep_than_in_the_cup(scene: Scene) -> No
         assert a is not None and h is not None
         assert np.linalg.norm(a) <= np.linalg.norm(h)
     assert alone != held
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+def test_what_it_is_clear_of_at_rest_the_target_comes_no_nearer_to_than_lines_deviate(
+    cell: Cell, noise: float
+) -> None:
+    """It counts as near as lines are followed only so well; the verifier measures that it is not touched."""
+    apart = cell.clearance + 0.0006
+    on_it = lying_on(cell, BIN, CASE, BOOK, PoseNoise(noise, 0.0))
+    gap = contacts_of(on_it, BOOK).near[CASE].gap
+    book = on_it.find(BOOK)
+    up = pose((0.0, 0.0, apart + 2.0 * noise - gap))
+    contacts = contacts_of(on_it.moved(replace(book, T_world_item=up @ book.T_world_item)), BOOK)
+    near, way = contacts.near[CASE], dict(contacts.item_while_lifting().item)[CASE]
+    assert near.gap == pytest.approx(apart + 2.0 * noise, abs=1e-6) and way is not None
+    assert np.array(way) == pytest.approx((ALONE_LINE_DEVIATION - near.gap) * near.normal)
 
 
 def test_outside_of_the_bin_no_neighbour_is_ignored(scene: Scene) -> None:
