@@ -7,13 +7,13 @@ the engine does not push apart what stands side by side.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose
 from pickcli.palletizing.pallet_stack import PalletStack, Placement
 from pickcli.simulation.engine import Engine
@@ -77,6 +77,35 @@ def drop_test(stack: PalletStack) -> DropTest:
     return _judged(stack, ends)
 
 
+def what_stands(stack: PalletStack) -> tuple[PalletStack, DropTest]:
+    """Put up as much of a stack as stands in the engine: what makes it move, and all later ones, are left.
+
+    Args:
+        stack: The stack.
+
+    Returns:
+        What of it stands, found by bisection, with reasons against the rest; and its drop test.
+    """
+    tested = drop_test(stack)
+    stands, moves = 0, len(stack.placements)
+    if tested.is_stable:
+        return stack, tested
+    while moves - stands > 1:
+        middle = (stands + moves) // 2
+        is_stable = drop_test(_first(stack, middle)).is_stable
+        stands, moves = (middle, moves) if is_stable else (stands, middle)
+    names = [placement.carton.id for placement in stack.placements]
+    against = {names[stands]: Failures(drop_test(_first(stack, moves)).reasons)}
+    after = Failures((Reason("comes after what moves in the engine", names[stands]),))
+    left = stack.left | against | dict.fromkeys(names[moves:], after)
+    kept = replace(_first(stack, stands), left=left)
+    return kept, drop_test(kept)
+
+
+def _first(stack: PalletStack, n: int) -> PalletStack:
+    return replace(stack, placements=stack.placements[:n])
+
+
 def _judged(stack: PalletStack, ends: dict[str, Array]) -> DropTest:
     sinking, shift, reasons = 0.0, 0.0, []
     for placement in stack.placements:
@@ -84,7 +113,7 @@ def _judged(stack: PalletStack, ends: dict[str, Array]) -> DropTest:
         down, aside = abs(float(off[2])), float(np.linalg.norm(off[:2]))
         sinking, shift = max(sinking, down), max(shift, aside)
         if down > MOST_SINKING or aside > MOST_SHIFT:
-            detail = f"by {1e3 * down:.0f} mm in height, {1e3 * aside:.0f} mm sideways"
+            detail = f"by {1e3 * down:.1f} mm in height, {1e3 * aside:.1f} mm sideways"
             reasons.append(Reason("moves in the engine", placement.carton.id, detail))
     return DropTest(sinking, shift, tuple(reasons))
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
-from pickcli.palletizing.landing_places import LEVEL, landing_places
+from pickcli.palletizing.landing_places import LEVEL, ROUNDED, landing_places
 from pickcli.palletizing.pallet_order import Carton, PalletOrder
 from pickcli.palletizing.pallet_stack import PalletStack, Placement, all_bearing
 from pickcli.palletizing.support_polygon import EMPTY, clipped, depth_inside, hull, rectangle
@@ -23,15 +23,14 @@ from pickcli.seeds import derived_rng
 
 CENTRE_ERROR = 0.05  # of each side, by which the centre of mass may be off the middle
 LEAST_AREA = 0.55  # of a base over what bears it: cardboard sags beyond
-MOST_TRIED = 80  # places of a carton, the lowest first, whose support is worked out
+MOST_TRIED = 300  # places of a carton, the lowest first, whose support is worked out
 N_COMPARED = 3  # places that are compared by what comes next
-N_SHUFFLED = 4  # further sequences with the whole order known
+N_SHUFFLED = 2  # further sequences with the whole order known
 SHUFFLE = 0.3  # of the logarithm of a volume, by which these vary
 ABOVE = 0.05  # m over the highest carton, from which others come down
-BESIDE, AREA = (
-    0.15,
-    0.1,
-)  # m of height that sides beside others all round, and a whole base over others, are worth
+OTHERWISE = 0.05  # m of height that lying across is worth, where all are to lie along one side
+BESIDE = 0.15  # m of height that sides beside others all round are worth
+AREA = 0.1  # m of height that a base wholly over others is worth
 
 
 @dataclass
@@ -39,11 +38,12 @@ class _Pallet:
     """What is on the pallet so far."""
 
     order: PalletOrder
+    across: bool | None = None  # whether cartons are to be turned, if that is preferred
     placed: list[Placement] = field(default_factory=list)
     loads: Counter[str] = field(default_factory=Counter)  # kg on each carton
 
     def copy(self) -> _Pallet:
-        return _Pallet(self.order, list(self.placed), Counter(self.loads))
+        return _Pallet(self.order, self.across, list(self.placed), Counter(self.loads))
 
     def put(self, placement: Placement) -> None:
         """Put a carton on it."""
@@ -54,7 +54,7 @@ class _Pallet:
     def places(self, carton: Carton, n_most: int) -> list[Placement] | Failures:
         """Return the best places where a carton stands, the best first; or why there is none."""
         bears = self.order.pallet.bears
-        if sum(p.carton.mass for p in self.placed) + carton.mass > bears:
+        if sum(p.carton.mass for p in self.placed) + carton.mass > bears + ROUNDED:
             return Failures((Reason("too heavy", carton.id, f"the pallet bears {bears:g} kg in all"),))
         found: list[Placement] = []
         against: Counter[str] = Counter()
@@ -75,6 +75,7 @@ class _Pallet:
             around = 2.0 * (carton.size[0] + carton.size[1])
             costs = places.low[:, 2] + carton.size[2] - BESIDE * places.beside / around
             costs -= AREA * places.bearing_area
+            costs += OTHERWISE * (self.across is not None and places.is_turned != self.across)
             costs[places.bearing_area < LEAST_AREA] = np.inf
             for k in np.argsort(costs, kind="stable")[:MOST_TRIED].tolist():
                 if np.isfinite(costs[k]):
@@ -97,7 +98,10 @@ class _Pallet:
             return "would tip"
         names = tuple(p.carton.id for p in bearers)
         limits = {p.carton.id: p.carton.bears for p in self.placed}
-        if any(self.loads[name] + carton.mass > limits[name] for name in all_bearing(self.placed, names)):
+        if any(
+            self.loads[name] + carton.mass > limits[name] + ROUNDED
+            for name in all_bearing(self.placed, names)
+        ):
             return "would crush what bears it"
         return replace(placement, rests_on=names, bears_within=within)
 
@@ -121,7 +125,9 @@ def stack_all(order: PalletOrder, seed: int = 0) -> PalletStack:
         The stack with the most cartons, of several the lowest.
     """
     rng = derived_rng(seed, "pallet")
-    stacks = [_in_turns(order, sorted(order.cartons, key=key)) for key in SEQUENCES]
+    sequences = [sorted(order.cartons, key=key) for key in SEQUENCES]
+    stacks = [_in_turns(order, sequence) for sequence in sequences]
+    stacks += [_in_turns(order, sequences[0], across) for across in (False, True)]
     stacks += [_in_turns(order, _shuffled(order.cartons, rng)) for _ in range(N_SHUFFLED)]
     return max(stacks, key=lambda stack: (len(stack.placements), stack.fill))
 
@@ -147,9 +153,9 @@ def stack_as_they_come(order: PalletOrder, look_ahead: int = 0) -> PalletStack:
     return PalletStack(order, tuple(pallet.placed), left)
 
 
-def _in_turns(order: PalletOrder, sequence: Sequence[Carton]) -> PalletStack:
+def _in_turns(order: PalletOrder, sequence: Sequence[Carton], across: bool | None = None) -> PalletStack:
     """Stack cartons in a sequence; those without a place are tried again as long as others are put up."""
-    pallet, waiting = _Pallet(order), list(sequence)
+    pallet, waiting = _Pallet(order, across), list(sequence)
     while True:
         left: dict[str, Failures] = {}
         for carton in waiting:
@@ -180,7 +186,7 @@ def _cost_of_next(pallet: _Pallet, place: Placement, following: Sequence[Carton]
 def _touches(lower: Placement, upper: Placement) -> bool:
     """Whether a carton bears one whose lower side is as high as its top."""
     across = np.minimum(lower.high, upper.high)[:2] - np.maximum(lower.low, upper.low)[:2]
-    return bool(abs(lower.high[2] - upper.low[2]) <= LEVEL and (across > 0.0).all())
+    return bool(abs(lower.high[2] - upper.low[2]) <= LEVEL and (across > ROUNDED).all())
 
 
 def _area(carton: Carton) -> float:

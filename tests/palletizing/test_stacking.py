@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from pickcli.geometry import Array
-from pickcli.palletizing.drop_test import drop_test
+from pickcli.palletizing.drop_test import drop_test, what_stands
 from pickcli.palletizing.pallet_order import Carton, Pallet, PalletOrder
 from pickcli.palletizing.pallet_stack import PalletStack, Placement
 from pickcli.palletizing.pallet_stack_file import loads_on, stack_to_dict
@@ -97,6 +97,37 @@ def test_what_overhangs_falls_in_the_engine() -> None:
     assert not tested.is_stable
     assert [reason.where for reason in tested.reasons] == ["upper"]
     assert not can_balance((base, over))
+
+
+def test_what_moves_in_the_engine_is_left_with_all_that_comes_after_it() -> None:
+    """The engine gives way where the mass on a carton is five hundred times its own."""
+    light = tuple(Carton(f"light_{k}", (0.4, 0.3, 0.2), 0.2) for k in range(2))
+    heavy = tuple(Carton(f"heavy_{k}", (0.4, 0.3, 0.2), 100.0) for k in range(3))
+    order = PalletOrder(Pallet((0.45, 0.35), 0.144, 2.0), (*light, *heavy))
+    whole = stack_as_they_come(order)
+    assert len(whole.placements) == 5 and can_balance(whole.placements)
+    assert not drop_test(whole).is_stable
+    kept, tested = what_stands(whole)
+    n = len(kept.placements)
+    assert tested.is_stable and 2 <= n < 5 and kept.placements == whole.placements[:n]
+    assert not drop_test(PalletStack(order, whole.placements[: n + 1])).is_stable
+    assert list(kept.left) == [carton.id for carton in order.cartons[n:]]
+
+
+@pytest.mark.parametrize("size", [(0.38, 0.28, 0.25), (0.28, 0.38, 0.25)])
+def test_cartons_that_are_alike_lie_along_one_side(size: tuple[float, float, float]) -> None:
+    cartons = tuple(Carton(f"m_{k}", size, 4.0) for k in range(8))
+    assert len(stack_all(PalletOrder(Pallet(height=0.4), cartons)).placements) == 8
+
+
+def test_neighbours_that_only_touch_bear_nothing_and_limits_may_be_met() -> None:
+    """Two layers of twelve, side by side without a gap: each carton bears exactly the one above it."""
+    cartons = tuple(Carton(f"b_{k}", (0.4, 0.2, 0.2), 5.0, bears=5.0) for k in range(24))
+    stack = stack_all(PalletOrder(Pallet(height=0.6), cartons, clearance=0.0))
+    assert len(stack.placements) == 24
+    assert sorted(len(p.rests_on) for p in stack.placements) == [0] * 12 + [1] * 12
+    thirds = tuple(Carton(f"t_{k}", (0.3, 0.3, 0.1), 0.1) for k in range(3))
+    assert len(stack_all(PalletOrder(Pallet(bears=0.3), thirds)).placements) == 3
 
 
 def test_as_cartons_come_the_sequence_is_theirs() -> None:
