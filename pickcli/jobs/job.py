@@ -57,8 +57,8 @@ class Job(Protocol):
 # workers.
 PACKAGES_WITHOUT_RESULTS = frozenset({
     "__main__.py", "api", "cartesian", "commands", "drawing", "export", "grasping", "io_events", "page",
-    "planner_benchmark", "planning", "random_scenes", "reachability", "robot_setup", "simulation", "strategy",
-    "trial", "verification",
+    "palletizing", "planner_benchmark", "planning", "random_scenes", "reachability", "robot_setup",
+    "simulation", "strategy", "trial", "verification",
 })  # fmt: skip
 
 

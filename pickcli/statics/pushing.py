@@ -6,7 +6,7 @@ lies on the lifted item with its centre over it does not slide off, but is carri
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import partial
 
 import numpy as np
@@ -27,7 +27,8 @@ def pushable(supports: Supports, item_id: str) -> frozenset[str]:
     """Find the items that may be pushed aside when an item is lifted out of an open box.
 
     They are light, and lie so low that they stay in the box wherever they slide; and so is all that lies on
-    them and moves with them. Nothing that could fall over the rim would fall without them.
+    them and moves with them. None touches, directly or through others, what could fall over the rim: several
+    that are pushed at once may be what keeps it from falling.
 
     Args:
         supports: The support relation of the scene.
@@ -47,8 +48,18 @@ def pushable(supports: Supports, item_id: str) -> frozenset[str]:
     high = {name for name in here if supports.highest_centre(name) >= rim}
     firm = high | {name for name, placed in here.items() if placed.item.heaviest > HEAVIEST}
     below = {name for each in firm for name in graph.chain(partial(_may_bear, supports), each)}
-    left = here.keys() - firm - below
-    return frozenset(name for name in left if not high or high.isdisjoint(supports.falling(name)))
+    return frozenset(here.keys() - firm - below - _tied_to(supports, high, here.keys() - {item_id}))
+
+
+def _tied_to(supports: Supports, some: Collection[str], within: Collection[str]) -> frozenset[str]:
+    """Return what touches some items, directly or through others of a set of ids."""
+    return frozenset(
+        name
+        for each in some
+        for name in supports.graph.chain(
+            lambda item_id: (c.b for c in supports.graph.touching[item_id] if c.b in within), each
+        )
+    )
 
 
 def riders(supports: Supports, item_id: str) -> tuple[str, ...]:

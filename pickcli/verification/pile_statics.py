@@ -60,10 +60,24 @@ def removal(scene: Scene, item_id: str) -> Removal:
     """
     pile = _pile(scene, scene.find(item_id).location).around(item_id)
     lifted = pile.lying_on(item_id)
-    loose = pile.losing_balance(item_id)
+    loose = pile.losing_balance(frozenset({item_id}))
     level = {name for name in loose if pile.without(item_id, *lifted - {name}).lies_level(name, loose)}
     beside = {contact.b.name for contact in pile.touching[item_id]}
     return Removal(lifted, frozenset(loose - level), frozenset(level & beside))
+
+
+def falling_without(scene: Scene, location: str, taken: Set[str]) -> frozenset[str]:
+    """Find what loses its balance if several items are gone at once.
+
+    Args:
+        scene: The scene.
+        location: Name of the place that they are in.
+        taken: Their ids.
+
+    Returns:
+        Ids of other items there.
+    """
+    return _pile(scene, location).losing_balance(frozenset(taken))
 
 
 def lying_on(scene: Scene, item_id: str) -> frozenset[str]:
@@ -296,14 +310,14 @@ class _Pile:
             and all(contact.b.name not in loose for contact in carrying)
         )
 
-    def losing_balance(self, item_id: str) -> frozenset[str]:
-        """Return ids of items that are less balanced without an item than with it.
+    def losing_balance(self, taken: frozenset[str]) -> frozenset[str]:
+        """Return ids of items that are less balanced without some items than with them.
 
         All items are judged at once, except those that can roll or that are not balanced at their stated
         poses even with everything else fixed: these are judged separately, by whether they leaned on a
         removed item. Items that seem to hang in the air count as fixed.
         """
-        alone, gone = self.rollers, frozenset({item_id})
+        alone, gone = self.rollers, taken
         while True:
             lost = self._lacking_more(gone, self.bodies.keys() - self.hanging - alone)
             unexplained = {name for name in lost if self.missing_alone(name).max() > WEIGHT_TOLERANCE}
@@ -312,7 +326,7 @@ class _Pile:
                 continue
             lost |= self._leaning(gone | lost, alone)
             if not lost:
-                return gone - {item_id}
+                return gone - taken
             gone |= lost
 
     def _lacking_more(self, gone: Set[str], standing: Set[str]) -> frozenset[str]:

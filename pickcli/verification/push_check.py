@@ -6,7 +6,7 @@ carried along, and what holds the item must bear the friction and the weight of 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -22,7 +22,7 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.hold_choice import load_ratios
 from pickcli.verification.load_check import GRAVITY, held_wrenches
-from pickcli.verification.pile_statics import carriers_of, lying_on, removal
+from pickcli.verification.pile_statics import carriers_of, falling_without, lying_on
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.separation import overlap
 from pickcli.verification.static_solids import place_at
@@ -127,7 +127,7 @@ class PushedHeap:
     def not_pushable(self, pushed: frozenset[str]) -> Iterator[Reason]:
         """Find pushed items that are elsewhere, heavy, high, or needed by one that may not be pushed.
 
-        That is what lies on them, and what would fall without them and is so high that it may leave the box.
+        That is what lies on them, and what would fall without all of them, and over the rim.
 
         None may be pushed where something is that nobody recognised: it would be pushed along.
 
@@ -153,9 +153,10 @@ class PushedHeap:
                 yield _fault(name, f"its middle may be {over:.0f} mm over the rim of {self.place.name}")
             for other in sorted(lying_on(self.scene, name) - pushed - {self.taken.id}):
                 yield _fault(name, f"{other} lies on it and may not be pushed")
-            falling = removal(self.scene, name).falling if high else frozenset()
-            for other in sorted(high & falling - {self.taken.id}):
-                yield _fault(name, f"{other} would fall without it, and may fall over the rim")
+        for other in sorted(high & self._falling(pushed & here.keys())) if high else ():
+            yield _fault(
+                ", ".join(sorted(pushed)), f"{other} would fall without them, and may fall over the rim"
+            )
 
     def carried_along(self, pushed: frozenset[str]) -> Iterator[Reason]:
         """Find the items that lie on or over the taken one with their centre over it.
@@ -238,6 +239,11 @@ class PushedHeap:
         if partly:
             reach = reach + other.item.shape.reach(across @ T_other[:3, :3])
         return bool((across @ (T_other[:3, 3] - T[:3, 3]) <= reach).all())
+
+    def _falling(self, pushed: Set[str]) -> frozenset[str]:
+        """Return what falls without the pushed items, and would not without the taken one only."""
+        where, taken = self.place.name, frozenset({self.taken.id})
+        return falling_without(self.scene, where, pushed | taken) - falling_without(self.scene, where, taken)
 
     @property
     def _rim(self) -> float:

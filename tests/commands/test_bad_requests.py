@@ -276,7 +276,7 @@ def test_wrong_usage(argv: tuple[str, ...]) -> None:
     [
         (("plan-pik",), "unknown command 'plan-pik'; did you mean 'plan-pick'?"),
         (("plan_pick", "--help"), "did you mean 'plan-pick'?"),
-        (("order",), "did you mean 'make-order'?"),
+        (("order",), "did you mean 'make-order' or 'make-pallet-order'?"),
         (("zzz",), "known: believe, build-roadmap"),
         (("plan-pick", "-o", "x.json"), "name a scene with --scene, or items on a conveyor with --stream"),
         (("verify",), "Missing argument 'PLAN'. Example: apc verify plan.json --scene scene.json"),

@@ -166,7 +166,24 @@ def test_what_keeps_a_high_item_from_falling_may_not_be_pushed(
     assert BOOK not in supports.graph.lying_on(OTHER)
     assert (OTHER in pushable(supports, BOX)) is may_be_pushed
     told = "; ".join(map(str, heap.not_pushable(frozenset({OTHER}))))
-    assert ("would fall without it, and may fall over the rim" in told) is not may_be_pushed
+    assert ("would fall without them, and may fall over the rim" in told) is not may_be_pushed
+
+
+def test_two_that_hold_a_high_item_together_may_not_be_pushed_at_once(cell: Cell) -> None:
+    scene = propped(cell, 0.46)
+    prop, board = scene.find(OTHER), scene.find(BOOK)
+    half = Shape(ShapeKind.BOX, (0.06, 0.04, prop.item.shape.size[2]))
+    apart = [
+        replace(prop, id=name, item=replace(prop.item, shape=half), T_world_item=prop.T_world_item @ pose(at))
+        for name, at in ((OTHER, [0.0, -0.025, 0.0]), (f"{OTHER}_2", [0.0, 0.025, 0.0]))
+    ]
+    scene = replace(scene, items=(scene.find(BOX), *apart, board))
+    pushed = frozenset(each.id for each in apart)
+    supports, heap = supports_of(scene), PushedHeap(scene, cell.places[TOTE], scene.find(BOX))
+    assert not pushable(supports, BOX) & pushed
+    assert "may fall over the rim" in "; ".join(map(str, heap.not_pushable(pushed)))
+    for name in pushed:
+        assert "over the rim" not in "; ".join(map(str, heap.not_pushable(frozenset({name}))))
 
 
 def test_nothing_is_pushed_in_a_bin_or_into_a_place(

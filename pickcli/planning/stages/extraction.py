@@ -63,9 +63,9 @@ class Extraction:
     @cached_property
     def corridors(self) -> tuple[Corridor, ...] | Failures:
         """The ways out for the item as a free flyer: the shortest simple ones, else planned ones."""
-        if self.sparing is not None and not isinstance(spared := self.sparing.simple(N_FEW), Failures):
+        if self.sparing is not None and not isinstance(spared := self.sparing._simple(N_FEW), Failures):
             return self._led_on(spared)
-        found = self.simple(N_FEW)
+        found = self._simple(N_FEW)
         return self._planned or found if isinstance(found, Failures) else self._led_on(found)
 
     def transforms(self, ways: CorridorSet) -> tuple[Array, ...] | Failures:
@@ -83,22 +83,15 @@ class Extraction:
         if ways is CorridorSet.FEW:
             return self._transforms(self.corridors)
         extractions = (self,) if self.sparing is None else (self.sparing, self)
-        simple = [many for each in extractions if not isinstance(many := each.simple(N_MANY), Failures)]
+        simple = [many for each in extractions if not isinstance(many := each._simple(N_MANY), Failures)]
         return self._transforms((*(way for many in simple for way in self._led_on(many)), *self._planned))
 
     def _transforms(self, ways: tuple[Corridor, ...]) -> tuple[Array, ...]:
         centre = (self.T_world_entry @ self.T_entry_item)[:3, 3]
         return tuple(corridor_transforms(way, self.T_world_entry, centre) for way in ways)
 
-    def simple(self, n_most: int) -> tuple[Corridor, ...] | Failures:
-        """Find simple ways out for the item as a free flyer.
-
-        Args:
-            n_most: Number of ways at most.
-
-        Returns:
-            The ways, the shortest first; or why there is none.
-        """
+    def _simple(self, n_most: int) -> tuple[Corridor, ...] | Failures:
+        """Find simple ways out for the item as a free flyer, the shortest first; or why there is none."""
         return corridors(
             self.place,
             self.T_entry_item,
