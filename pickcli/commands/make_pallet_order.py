@@ -11,7 +11,7 @@ from pickcli.commands.options import json_option, output_option, refuse_output, 
 
 
 @click.command("make-pallet-order", cls=Command)
-@click.option("--cartons", type=click.IntRange(1, 500), default=50, show_default=True, metavar="N",
+@click.option("--cartons", type=click.IntRange(1, 200), default=50, show_default=True, metavar="N",
               help="Number of cartons.")  # fmt: skip
 @output_option("order")
 @seed_option

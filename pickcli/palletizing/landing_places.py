@@ -12,11 +12,10 @@ from itertools import product
 import numpy as np
 
 from pickcli.geometry import Array
-from pickcli.palletizing.pallet_order import Carton, PalletOrder
+from pickcli.palletizing.pallet_order import ROUNDED, Carton, PalletOrder
 from pickcli.palletizing.pallet_stack import Placement
 
 LEVEL = 5e-4  # m by which tops that bear the same carton may differ in height
-ROUNDED = 1e-6  # m, positions nearer than that are one
 MOST_EDGES = 160  # positions along one axis, evenly chosen of more
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+ROUNDED = 1e-6  # m or kg, by which limits may be exceeded
 CLEARANCE = 0.005  # m between a carton that comes down and those beside it, as large as errors of its pose
 
 

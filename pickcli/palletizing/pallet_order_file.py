@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -15,10 +16,11 @@ from pickcli.files.file_kind import PALLET
 from pickcli.files.schema import FileModel, Size, validate
 from pickcli.files.source import Key, Source
 from pickcli.files.yaml_reader import read_yaml
-from pickcli.palletizing.pallet_order import CLEARANCE, Carton, Pallet, PalletOrder
+from pickcli.palletizing.pallet_order import CLEARANCE, ROUNDED, Carton, Pallet, PalletOrder
 
-MOST_CARTONS = 500
-Mass = Annotated[float, Field(gt=0, le=1000)]
+MOST_CARTONS = 200
+Mass = Annotated[float, Field(ge=0.01, le=1000)]
+Side = Annotated[float, Field(ge=0.01, le=10)]  # m: the engine takes a millimetre off
 
 
 class PalletModel(FileModel):
@@ -34,7 +36,7 @@ class CartonModel(FileModel):
     """Cartons that are alike."""
 
     id: Name = Field(description="name; several of a count are name_1, name_2, ...")
-    size: Annotated[tuple[Size, ...], Len(3, 3)] = Field(description="m, length, width and height")
+    size: Annotated[tuple[Side, ...], Len(3, 3)] = Field(description="m, length, width and height")
     mass: Mass = Field(description="kg")
     bears: Annotated[float, Field(ge=0, le=1e5)] | None = Field(
         None, description="kg that may stand on it; any if it is left out"
@@ -81,14 +83,18 @@ def read_pallet_order(path: Path) -> PalletOrder:
     model = validate(source, PalletOrderModel)
     length, width = model.pallet.size
     pallet = Pallet((length, width), model.pallet.deck, model.pallet.height, model.pallet.bears)
+    n_cartons = sum(each.count for each in model.cartons)
+    if n_cartons > MOST_CARTONS:
+        source.add(
+            ("cartons",), f"{n_cartons} cartons, at most {MOST_CARTONS} are stacked; make several orders"
+        )
+        source.check()
     cartons = tuple(carton for each in model.cartons for carton in each.cartons)
-    if len(cartons) > MOST_CARTONS:
-        source.add(("cartons",), f"{len(cartons)} cartons, at most {MOST_CARTONS} are stacked")
     for k, each in enumerate(model.cartons):
         _note(source, ("cartons", k), each, pallet)
-    names = [carton.id for carton in cartons]
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        source.add(("cartons",), f"two cartons are called {name}; names are unique")
+    for name, n in Counter(carton.id for carton in cartons).items():
+        if n > 1:
+            source.add(("cartons",), f"{n} cartons are called {name}; give each a name of its own")
     source.check()
     return PalletOrder(pallet, cartons, model.clearance)
 
@@ -127,7 +133,7 @@ def _note(source: Source, at: Key, carton: CartonModel, pallet: Pallet) -> None:
     if long > max(pallet.size) or short > min(pallet.size):
         deck = " x ".join(f"{side:g}" for side in pallet.size)
         source.add((*at, "size"), f"{carton.id} is {long:g} x {short:g} m, larger than the pallet, {deck} m")
-    if carton.size[2] + pallet.deck > pallet.height:
+    if carton.size[2] + pallet.deck > pallet.height + ROUNDED:
         room = pallet.height - pallet.deck
         source.add((*at, "size"), f"{carton.id} is {carton.size[2]:g} m high, {room:g} m are over the deck")
     if carton.mass > pallet.bears:

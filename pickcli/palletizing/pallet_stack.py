@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -96,3 +97,19 @@ def all_bearing(placements: Iterable[Placement], names: Iterable[str]) -> frozen
         found |= new
         todo += new
     return frozenset(found)
+
+
+def loads_on(stack: PalletStack) -> Counter[str]:
+    """Return what stands on each carton, wholly or in part, directly or through others.
+
+    Args:
+        stack: The stack.
+
+    Returns:
+        kg by id: at most what it may bear.
+    """
+    loads: Counter[str] = Counter()
+    for placement in stack.placements:
+        for name in all_bearing(stack.placements, placement.rests_on):
+            loads[name] += placement.carton.mass  # type: ignore[assignment]
+    return loads

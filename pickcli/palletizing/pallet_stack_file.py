@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
 from pickcli.files.atomic_write import write_text
 from pickcli.palletizing.drop_test import DropTest
-from pickcli.palletizing.pallet_stack import PalletStack, Placement, all_bearing
+from pickcli.palletizing.pallet_stack import PalletStack, Placement, loads_on
 
 DECIMALS = 6  # of lengths, in m
 
@@ -50,28 +49,10 @@ def stack_to_dict(stack: PalletStack, tested: DropTest) -> dict[str, Any]:
             for name, reasons in stack.left.items()
         ],
         "drop_test": {
-            "is_stable": tested.is_stable,
             "sinking": round(tested.sinking, DECIMALS),
             "shift": round(tested.shift, DECIMALS),
-            "moved": [reason.where for reason in tested.reasons],
         },
     }
-
-
-def loads_on(stack: PalletStack) -> Counter[str]:
-    """Return what stands on each carton, wholly or in part, directly or through others.
-
-    Args:
-        stack: The stack.
-
-    Returns:
-        kg by id: at most what it may bear.
-    """
-    loads: Counter[str] = Counter()
-    for placement in stack.placements:
-        for name in all_bearing(stack.placements, placement.rests_on):
-            loads[name] += placement.carton.mass  # type: ignore[assignment]
-    return loads
 
 
 def _placement(placement: Placement, load: float) -> dict[str, Any]:

@@ -15,13 +15,14 @@ import numpy as np
 
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
-from pickcli.palletizing.landing_places import LEVEL, ROUNDED, landing_places
-from pickcli.palletizing.pallet_order import Carton, PalletOrder
+from pickcli.palletizing.landing_places import LEVEL, landing_places
+from pickcli.palletizing.pallet_order import ROUNDED, Carton, PalletOrder
 from pickcli.palletizing.pallet_stack import PalletStack, Placement, all_bearing
 from pickcli.palletizing.support_polygon import EMPTY, clipped, depth_inside, hull, rectangle
 from pickcli.seeds import derived_rng
 
 CENTRE_ERROR = 0.05  # of each side, by which the centre of mass may be off the middle
+LEAST_CONTACT = 1e-3  # m
 LEAST_AREA = 0.55  # of a base over what bears it: cardboard sags beyond
 MOST_TRIED = 300  # places of a carton, the lowest first, whose support is worked out
 N_COMPARED = 3  # places that are compared by what comes next
@@ -76,7 +77,7 @@ class _Pallet:
             costs = places.low[:, 2] + carton.size[2] - BESIDE * places.beside / around
             costs -= AREA * places.bearing_area
             costs += OTHERWISE * (self.across is not None and places.is_turned != self.across)
-            costs[places.bearing_area < LEAST_AREA] = np.inf
+            costs[places.bearing_area < LEAST_AREA] = np.inf  # it would sag
             for k in np.argsort(costs, kind="stable")[:MOST_TRIED].tolist():
                 if np.isfinite(costs[k]):
                     found.append((float(costs[k]), places.low[k], places.is_turned))
@@ -89,8 +90,9 @@ class _Pallet:
         placement = Placement(carton, low, is_turned, (), EMPTY, top + ABOVE)
         bearers = () if low[2] == 0.0 else tuple(p for p in self.placed if _touches(p, placement))
         if bearers:
-            pieces = [clipped(p.bears_within, low[:2], placement.high[:2]) for p in bearers]
-            within = hull(np.concatenate(pieces))
+            firm = [p for p in bearers if _contact(p, placement).min() >= self._least_contact]
+            pieces = [clipped(p.bears_within, low[:2], placement.high[:2]) for p in firm]
+            within = hull(np.concatenate([EMPTY, *pieces]))
         else:
             within = rectangle(low[:2], placement.high[:2])
         off = CENTRE_ERROR * placement.size[:2] * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
@@ -105,10 +107,17 @@ class _Pallet:
             return "would crush what bears it"
         return replace(placement, rests_on=names, bears_within=within)
 
+    @property
+    def _least_contact(self) -> float:
+        """M that a contact is wide at least to bear: narrower ones may not be there where poses are off."""
+        return max(self.order.clearance, LEAST_CONTACT)
+
     def _why_not(self, carton: Carton, against: Counter[str]) -> Failures:
         if not against:
             size = " x ".join(f"{side:g}" for side in carton.size)
-            detail = f"{size} m, with {len(self.placed)} cartons on the pallet"
+            detail = (
+                f"{size} m, with {len(self.placed)} cartons on the pallet: nowhere is over half of it borne"
+            )
             return Failures((Reason("no room", carton.id, detail),))
         detail = ", ".join(f"it {what} at {n} places" for what, n in against.most_common())
         return Failures((Reason("does not stand", carton.id, detail),))
@@ -122,7 +131,7 @@ def stack_all(order: PalletOrder, seed: int = 0) -> PalletStack:
         seed: Seed of the sequences that are drawn.
 
     Returns:
-        The stack with the most cartons, of several the lowest.
+        The stack with the most cartons, of several the fullest.
     """
     rng = derived_rng(seed, "pallet")
     sequences = [sorted(order.cartons, key=key) for key in SEQUENCES]
@@ -158,12 +167,19 @@ def _in_turns(order: PalletOrder, sequence: Sequence[Carton], across: bool | Non
     pallet, waiting = _Pallet(order, across), list(sequence)
     while True:
         left: dict[str, Failures] = {}
+        in_vain: set[tuple[object, ...]] = set()  # kinds of cartons that have no place on what is there
         for carton in waiting:
+            kind = (carton.size, carton.mass, carton.bears)
+            if kind in in_vain:
+                left[carton.id] = Failures((Reason("no place", carton.id, "one that is like it has none"),))
+                continue
             places = pallet.places(carton, 1)
             if isinstance(places, Failures):
                 left[carton.id] = places
+                in_vain.add(kind)
             else:
                 pallet.put(places[0])
+                in_vain.clear()
         if len(left) in (0, len(waiting)):
             return PalletStack(order, tuple(pallet.placed), left)
         waiting = [carton for carton in waiting if carton.id in left]
@@ -185,8 +201,12 @@ def _cost_of_next(pallet: _Pallet, place: Placement, following: Sequence[Carton]
 
 def _touches(lower: Placement, upper: Placement) -> bool:
     """Whether a carton bears one whose lower side is as high as its top."""
-    across = np.minimum(lower.high, upper.high)[:2] - np.maximum(lower.low, upper.low)[:2]
-    return bool(abs(lower.high[2] - upper.low[2]) <= LEVEL and (across > ROUNDED).all())
+    return bool(abs(lower.high[2] - upper.low[2]) <= LEVEL and (_contact(lower, upper) > ROUNDED).all())
+
+
+def _contact(a: Placement, b: Placement) -> Array:
+    """Return the width (2,) m of what two cartons have above each other, negative if they are apart."""
+    return np.asarray((np.minimum(a.high, b.high) - np.maximum(a.low, b.low))[:2])
 
 
 def _area(carton: Carton) -> float:

@@ -31,7 +31,7 @@ class JamMemory:
             plan: Its plan.
             execution: What came of it.
         """
-        pushed = frozenset(name for segment in plan.segments for name in segment.pushing)
+        pushed = frozenset(_pushed_at(plan, execution.path_time))
         if plan.grasp is not None and pushed and execution.stop_cause in _JAMMED:
             self.jams[plan.grasp.item, pushed] += 1
 
@@ -46,3 +46,8 @@ class JamMemory:
             False if it jammed among just these too often.
         """
         return self.jams[item, frozenset(others)] < MOST_JAMS
+
+
+def _pushed_at(plan: Plan, t: float | None) -> tuple[str, ...]:
+    """Return what a plan may push at a time of its trajectory, s; nothing if that is not known."""
+    return () if t is None else next((s.pushing for s in plan.segments if t <= s.t_end), ())

@@ -26,7 +26,7 @@ def test_an_order_is_drawn_stacked_and_told(tmp_path: Path) -> None:
     apc("make-pallet-order", "--cartons", "12", "--seed", "3", "-o", order)
     told = apc("plan-pallet", order, "-o", stack)
     written = json.loads(stack.read_text())
-    assert written["format"] == "apc stacked pallet" and written["drop_test"]["is_stable"]
+    assert written["format"] == "apc stacked pallet" and written["drop_test"]["sinking"] <= 0.01
     assert f"{len(written['placements'])} of 12 cartons" in told.out
     for placed in written["placements"]:
         assert placed["comes_down_from"] > placed["position"][2]
@@ -61,7 +61,9 @@ def test_a_count_makes_several(tmp_path: Path) -> None:
         ({"mass": 990.0, "count": 1}, None),
         ({"mass": "3 kg"}, "mass"),
         ({"count": 0}, "count"),
-        ({"count": 501}, "count"),
+        ({"count": 201}, "count"),
+        ({"size": [0.4, 0.3, 0.005]}, "size"),
+        ({"mass": 0.001}, "mass"),
         ({"weight": 3.0}, "unknown key"),
     ],
 )
@@ -81,8 +83,20 @@ def test_mistakes_are_told_with_their_place(
 def test_two_cartons_of_one_name_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "p.json"
     path.write_text(json.dumps(GOOD | {"cartons": [CARTON, CARTON]}))
-    with pytest.raises(InputError, match="two cartons are called box"):
+    with pytest.raises(InputError, match="2 cartons are called box"):
         read_pallet_order(path)
+
+
+def test_an_order_of_too_many_is_refused_before_they_are_made(tmp_path: Path) -> None:
+    (tmp_path / "p.json").write_text(json.dumps(GOOD | {"cartons": [CARTON | {"count": 200}] * 100}))
+    with pytest.raises(InputError, match="20000 cartons, at most 200 are stacked"):
+        read_pallet_order(tmp_path / "p.json")
+
+
+def test_a_carton_may_fill_the_room_to_its_end(tmp_path: Path) -> None:
+    tight = {"pallet": {"size": [1.2, 0.8], "deck": 0.1, "height": 0.3}}
+    (tmp_path / "p.json").write_text(json.dumps(GOOD | tight))
+    assert len(read_pallet_order(tmp_path / "p.json").cartons) == 3
 
 
 def test_a_pallet_that_bears_too_little_is_told(tmp_path: Path) -> None:

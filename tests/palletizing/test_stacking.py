@@ -14,8 +14,8 @@ from scipy.optimize import linprog
 from pickcli.geometry import Array
 from pickcli.palletizing.drop_test import drop_test, what_stands
 from pickcli.palletizing.pallet_order import Carton, Pallet, PalletOrder
-from pickcli.palletizing.pallet_stack import PalletStack, Placement
-from pickcli.palletizing.pallet_stack_file import loads_on, stack_to_dict
+from pickcli.palletizing.pallet_stack import PalletStack, Placement, loads_on
+from pickcli.palletizing.pallet_stack_file import stack_to_dict
 from pickcli.palletizing.random_pallet_order import random_pallet_order
 from pickcli.palletizing.stacking import stack_all, stack_as_they_come
 from pickcli.palletizing.support_polygon import EMPTY
@@ -34,8 +34,11 @@ def corners_between(lower: Placement, upper: Placement) -> Array:
     return np.array([low, (high[0], low[1]), high, (low[0], high[1])])
 
 
-def can_balance(placements: tuple[Placement, ...]) -> bool:
-    """Whether forces that only press, at the corners of all contacts, balance every carton."""
+def can_balance(placements: tuple[Placement, ...], off: Array | None = None) -> bool:
+    """Whether forces that only press, at the corners of all contacts, balance every carton.
+
+    off: (N, 2) by which the centre of each is off its middle, as a share of its sides
+    """
     index = {p.carton.id: k for k, p in enumerate(placements)}
     columns: list[Array] = []
     for upper in placements:
@@ -48,7 +51,10 @@ def can_balance(placements: tuple[Placement, ...]) -> bool:
                 if bearers:
                     column[3 * index[lower.carton.id] :][:3] = -1.0, -x, -y
                 columns.append(column)
-    weights = np.concatenate([p.carton.mass * np.array([1.0, *p.centre[:2]]) for p in placements])
+    shares = np.zeros((len(placements), 2)) if off is None else off
+    centres = [p.centre[:2] + share * p.size[:2] for p, share in zip(placements, shares, strict=True)]
+    masses = [p.carton.mass for p in placements]
+    weights = np.concatenate([m * np.array([1.0, *c]) for m, c in zip(masses, centres, strict=True)])
     A = np.array(columns).T
     return bool(linprog(np.zeros(A.shape[1]), A_eq=A, b_eq=weights, bounds=(0, None)).status == 0)
 
@@ -74,6 +80,9 @@ def test_every_carton_stands_where_it_has_room_and_at_any_time(
             if (across > -order.clearance + 1e-5).all():
                 assert q.high[2] <= p.low[2] + 6e-4
         assert can_balance(placed[: k + 1])
+    rng = np.random.default_rng(seed)
+    for _ in range(4):
+        assert can_balance(placed, 0.05 * rng.choice([-1.0, 1.0], (len(placed), 2)))
     bears = {carton.id: carton.bears for carton in order.cartons}
     assert all(load <= bears[name] + 1e-9 for name, load in loads_on(stack).items())
 
@@ -128,6 +137,15 @@ def test_neighbours_that_only_touch_bear_nothing_and_limits_may_be_met() -> None
     assert sorted(len(p.rests_on) for p in stack.placements) == [0] * 12 + [1] * 12
     thirds = tuple(Carton(f"t_{k}", (0.3, 0.3, 0.1), 0.1) for k in range(3))
     assert len(stack_all(PalletOrder(Pallet(bears=0.3), thirds)).placements) == 3
+
+
+@pytest.mark.parametrize(("width", "stands"), [(0.56, True), (0.54, False)])
+def test_a_middle_that_may_be_off_by_a_twentieth_is_over_what_bears_it(width: float, stands: bool) -> None:
+    """A plank of 1 m on one end of its pallet's blocks: its middle may be off by 50 mm."""
+    block = Carton("block", (width, 0.4, 0.2), 5.0)
+    plank = Carton("plank", (1.0, 0.4, 0.05), 2.0)
+    stack = stack_as_they_come(PalletOrder(Pallet((1.0, 0.4), 0.0, 1.0), (block, plank)))
+    assert (len(stack.placements) == 2) is stands
 
 
 def test_as_cartons_come_the_sequence_is_theirs() -> None:
