@@ -21,7 +21,7 @@ from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.pose_noise import DEFAULT_NOISE
-from pickcli.trial.trial_perception import PerceptionKind, Touched
+from pickcli.trial.trial_perception import PerceptionKind, ReachedViews, Touched
 from pickcli.trial.trial_settings import TrialSettings
 from pickcli.verification.verify import verify
 
@@ -68,6 +68,8 @@ def look_into(cell: Cell, first_seed: int, n_orders: int) -> None:
         for name, how in settings().items():
             perception = how.perceiving(true)
             scene = perception.look(true, 1, Touched())
+            if viewpoints := perception.viewpoints():
+                scene = perception.look_from(true, 1, ReachedViews(viewpoints))
             items = [item for look in perception.looks for item in look.items if item.is_believed]
             row = [
                 len(order.targets), *certified(context, scene, order), len(items),

@@ -55,6 +55,11 @@ class Viewpoint:
     at: NamedConfiguration
     T_world_camera: Array
 
+    @property
+    def name(self) -> tuple[str, str]:
+        """Names of the camera and of the configuration."""
+        return self.camera.name, self.at.name
+
 
 def viewpoint_of(place: Place, cell: Cell) -> Viewpoint:
     """Choose from where to look into a place: from where a depth camera sees most of its room.

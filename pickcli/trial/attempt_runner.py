@@ -23,6 +23,7 @@ from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_seed
 from pickcli.statics.pushing import pushable
 from pickcli.statics.supports import supports_of
+from pickcli.trial.camera_motion import bring_cameras
 from pickcli.trial.certifier import Certifier
 from pickcli.trial.jam_memory import JamMemory
 from pickcli.trial.trial_clock import TrialClock
@@ -64,6 +65,7 @@ class AttemptRunner:
         self.is_current = False
         self.perception = settings.perceiving(interfaces.arena.now())
         self._touched = Touched()
+        self._is_stopped = False  # the arm is where a motion was stopped, and not where one was to end
         self._jams = JamMemory()
         self._seen = self.look()
 
@@ -90,28 +92,31 @@ class AttemptRunner:
         Returns:
             Whether there was.
         """
-        has_time = self.clock.has_time_for(self._look_time)
+        has_time = self.clock.has_time_for(self.settings.reality.look_time)
         if has_time:
             self.look()
         return has_time
 
     def look(self) -> Scene:
-        """Look at pod and tote, which takes time, and keep the result.
+        """Look at what is seen from where the arm is, then bring the cameras to where there is more to see.
+
+        That takes time. Cameras are not moved while the tool may hold something, or the arm is where it was
+        stopped: then places are taken to be as they were seen before.
 
         Returns:
             The perceived scene.
         """
-        self.wait(self._look_time)
+        arena, perception = self.interfaces.arena, self.perception
+        self.wait(self.settings.reality.look_time)
         self.n_looks += 1
-        self._seen = self.perception.look(self.interfaces.arena.now(), self.n_looks, self._touched)
+        self._seen = perception.look(arena.now(), self.n_looks, self._touched)
         self._touched = Touched()
+        viewpoints = perception.viewpoints()
+        if viewpoints and not self._is_stopped and not arena.is_holding():
+            reached = bring_cameras(self, viewpoints)
+            self._seen = perception.look_from(arena.now(), self.n_looks, reached)
         self.is_current = True
         return self._seen
-
-    @property
-    def _look_time(self) -> float:
-        """Duration of the next look, s: that of each of its pictures."""
-        return self.settings.reality.look_time * self.perception.n_pictures(self._touched)
 
     @property
     def has_time_to_plan(self) -> bool:
@@ -374,6 +379,7 @@ class AttemptRunner:
         if self.settings.perception is PerceptionKind.CAMERA:
             self._touched = self._touched.also(plan, self._seen.cell, self._seen)
         execution = self._timed(self.interfaces.arena.execute(plan))
+        self._is_stopped = bool(execution.stopped)
         self._jams.note(plan, execution)
         return execution
 

@@ -2,10 +2,10 @@
 
 In each bin, and each other place with a mouth at the front, items are found in pictures that the best placed
 depth camera takes in one of the arm's configurations for that, and, if the arm moves it, aslant from both
-sides: what two of them agree on is sure. The true scene is rendered with the noise of the sensor, and nothing
-else is taken from it; pictures are taken as if the arm were there. What is in each place is known from the
-order and from what the robot has done; once the tool was in a place, what was seen in it is forgotten. Copies
-of an item have the names that the trial judges them by.
+sides: what two of them agree on is sure. The true scene is rendered with the noise of the sensor, and
+nothing else is taken from it. What is in each place is known from the order and from what the robot has done;
+once the tool was in a place, what was seen in it is forgotten, as soon as a camera can be brought there
+again. Copies of an item have the names that the trial judges them by.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.sensors.mounted_camera import MountedCamera, MountError
 from pickcli.errors import InputError
 from pickcli.geometry import Array, pose, rotation_axis_angle, transform_points
-from pickcli.perception.believed_scene import believed_items, unknown_in
+from pickcli.perception.believed_scene import believed_items, never_seen, unknown_in
 from pickcli.perception.depth_picture import measure_depth
 from pickcli.perception.items.agreement import matched
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
@@ -38,10 +38,9 @@ from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.surface_view import FloatPicture
 from pickcli.perception.viewpoints import Viewpoint, further_viewpoints, viewpoints_of
-from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.scene.unknown_space import UnknownSpace
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene, empty_scene
 from pickcli.seeds import derived_rng, derived_seed
-from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedItem, Touched
+from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedItem, ReachedViews, Touched
 
 _EXACT = MountError(0.0, 0.0)
 N_NEXT = 3  # pictures of a place in which something is refused
@@ -114,7 +113,10 @@ class CameraLooks:
         self._may_be_in = {placed.id: frozenset({placed.location}) for placed in true.items}
         self._further: dict[str, tuple[Viewpoint, ...]] = {}
         self._seen: dict[str, _Seen] = {}
-        self._believed: Scene | None = None
+        self._taken: dict[str, frozenset[str]] = {}  # by place that was touched since, ids that may be gone
+        self._next_views: dict[str, tuple[Viewpoint, ...]] = {}
+        # All that no camera is brought to, as seen in the last look, and all that is believed since.
+        self._around_places = self._believed = empty_scene(cell)
         self._pod: MountCalibration | None = None
         self._looks: list[LookRecord] = []
 
@@ -122,17 +124,6 @@ class CameraLooks:
     def looks(self) -> tuple[LookRecord, ...]:
         """All looks so far."""
         return tuple(self._looks)
-
-    def n_pictures(self, touched: Touched) -> int:
-        """Return how many pictures the next look takes.
-
-        Args:
-            touched: What was touched since the last look.
-
-        Returns:
-            The number.
-        """
-        return sum(len(self._next(name, touched)) for name in self._due(touched))
 
     def homes(self, first: Scene) -> Mapping[str, str]:
         """Return where the order says that items are.
@@ -171,7 +162,7 @@ class CameraLooks:
         Returns:
             Ids of recognised items, first that which hides most; none before the first look.
         """
-        if self._believed is None or place not in self._viewpoints:
+        if place not in self._viewpoints:
             return ()
         return hiding_items(self._viewpoints[place], self._believed, place)
 
@@ -195,61 +186,91 @@ class CameraLooks:
         return replace(scene, items=(*scene.items, *missing))
 
     def look(self, true: Scene, number: int, touched: Touched) -> Scene:
-        """Look into the places that were touched, else into those in which something is refused.
+        """See all that no camera is brought to, and note what was touched.
 
         Args:
-            true: The true scene, to be rendered.
+            true: The true scene.
             number: Number of the look, from 1.
             touched: What was touched since the last look.
 
         Returns:
-            The scene that is believed from then on.
+            The scene that is believed from then on: places as they were seen before, without what was taken.
+            One that no camera looked into yet is unknown as a whole.
         """
-        true = replace(true, cell=self._cell)
         around = self._around.look(true, number, touched)
         for item_id, places in touched.moved.items():
             self._may_be_in[item_id] |= places
-        outside = [placed for placed in around.items if placed.location not in self._viewpoints]
+        outside = tuple(placed for placed in around.items if placed.location not in self._viewpoints)
         for placed in outside:
             self._may_be_in[placed.id] = frozenset({placed.location})
-        due = self._due(touched)
-        from_where = {name: self._next(name, touched) for name in due}
-        for name in touched.places:
-            self._seen.pop(name, None)
+        for name in touched.places & self._viewpoints.keys():
+            self._taken[name] = self._taken.get(name, frozenset()) | touched.moved.keys()
+        self._around_places = replace(around, items=outside)
+        return self._believe()
+
+    def viewpoints(self) -> tuple[Viewpoint, ...]:
+        """Return from where to look into the places that were touched, else those with something refused.
+
+        Returns:
+            The viewpoints, each once; none if there is nothing more to see.
+        """
+        self._next_views = {name: self._views_of(name) for name in self._due()}
+        return tuple({view.name: view for views in self._next_views.values() for view in views}.values())
+
+    def look_from(self, true: Scene, number: int, reached: ReachedViews) -> Scene:
+        """Take the pictures of the last ``viewpoints``, and find the items in them.
+
+        Args:
+            true: The true scene, to be rendered.
+            number: Number of the look, from 1.
+            reached: Those of the viewpoints where the arm was; what was looked into from none stays as seen.
+
+        Returns:
+            The scene that is believed from then on.
+        """
+        true, around = replace(true, cell=self._cell), replace(self._around_places, cell=self._cell)
+        views = {name: tuple(filter(reached.has, views)) for name, views in self._next_views.items()}
+        views = {name: found for name, found in views.items() if found}
         pictures = {
-            name: [self._taken(name, viewpoint, (true, around), number) for viewpoint in viewpoints]
-            for name, viewpoints in from_where.items()
+            name: [self._picture(name, viewpoint, (true, around), number) for viewpoint in found]
+            for name, found in views.items()
         }
         if self._pod is None:
             self._pod = self._located((each for taken in pictures.values() for each in taken), around)
-        if self._pod is not None:
-            around = replace(around, T_world_pod=self._pod.T_world_pod, pod_error=self._pod.error)
-        for name in due:
-            seen = self._perceived(name, pictures[name], around, self._seen.get(name))
+        around = self._with_pod(around)
+        for name, taken in pictures.items():
+            before = None if name in self._taken else self._seen.get(name)
+            self._taken.pop(name, None)
+            seen = self._perceived(name, taken, around, before)
             self._seen[name] = replace(seen, observed=with_names_of_copies(seen.observed, true))
-        for name in self._settle(due):  # again, without what was found elsewhere
+        for name in self._settle(views):  # again, without what was found elsewhere
             seen = self._perceived(name, self._seen[name].pictures, around)
             self._seen[name] = replace(seen, observed=with_names_of_copies(seen.observed, true))
-        if due:
-            self._note(from_where, true, number)
-        self._believed = self._all_believed(around, outside)
-        return self._believed
+        if views or reached.motions:
+            self._note(views, true, number, reached)
+        return self._believe()
 
-    def _due(self, touched: Touched) -> list[str]:
-        """The places to look into: at first all; then those touched, else where something is refused."""
-        new = touched.places if self._seen else self._viewpoints.keys()
-        entered = [name for name in self._viewpoints if name in new]
-        return entered or [name for name in self._viewpoints if self._seen[name].may_show_more]
+    def _due(self) -> list[str]:
+        """The places to look into: those never seen or touched since, else where something is refused."""
+        due = [name for name in self._viewpoints if name in self._taken or name not in self._seen]
+        return due or [name for name in self._viewpoints if self._seen[name].may_show_more]
 
-    def _next(self, name: str, touched: Touched) -> tuple[Viewpoint, ...]:
+    def _views_of(self, name: str) -> tuple[Viewpoint, ...]:
         """From where to look into a place: where it was not seen as it is, else where most of the rest is."""
-        if self._believed is None or name in touched.places or name not in self._seen:
+        if name in self._taken or name not in self._seen:
             return self._viewpoints[name]
+        believed = replace(self._believed, cell=self._cell)
         if name not in self._further:
-            self._further[name] = further_viewpoints(self._cell.places[name], self._believed)
-        return next_views(self._further[name], self._believed, name, N_NEXT) or self._viewpoints[name]
+            self._further[name] = further_viewpoints(self._cell.places[name], believed)
+        return next_views(self._further[name], believed, name, N_NEXT) or self._viewpoints[name]
 
-    def _taken(self, name: str, viewpoint: Viewpoint, scenes: tuple[Scene, Scene], number: int) -> _Picture:
+    def _with_pod(self, scene: Scene) -> Scene:
+        """A scene with the pod where pictures show it."""
+        if self._pod is None:
+            return scene
+        return replace(scene, T_world_pod=self._pod.T_world_pod, pod_error=self._pod.error)
+
+    def _picture(self, name: str, viewpoint: Viewpoint, scenes: tuple[Scene, Scene], number: int) -> _Picture:
         """Take a picture of a place of the true scene; the pod is located in it by what is known around."""
         (true, around), camera, at = scenes, viewpoint.camera, viewpoint.at
         model, T_true = camera.model, viewpoint.T_world_camera @ self._off(camera)
@@ -353,7 +374,9 @@ class CameraLooks:
                 name: answer.confidence
                 for name in sorted(places & self._seen.keys())
                 for answer in self._seen[name].observed.items
-                if answer.id == item_id and _is_believed(answer)
+                if answer.id == item_id
+                and _is_believed(answer)
+                and item_id not in self._taken.get(name, frozenset())
             }
             if found:
                 best = max(found, key=lambda name: found[name])
@@ -361,16 +384,25 @@ class CameraLooks:
                 self._may_be_in[item_id] = frozenset({best})
         return tuple(name for name in looked_into if name in changed)
 
-    def _all_believed(self, around: Scene, outside: Iterable[PlacedItem]) -> Scene:
-        items = list(outside)
-        unknown: list[UnknownSpace] = []
+    def _believe(self) -> Scene:
+        """The scene that follows from all that was seen so far."""
+        around, unknown = self._with_pod(self._around_places), []
+        items = list(around.items)
         for name in self._viewpoints:
-            seen = self._seen[name]
-            items += [placed for placed in self._items_in(name) if name in self._may_be_in[placed.id]]
-            place = around.cell.places[name]
+            place, seen = around.cell.places[name], self._seen.get(name)
+            if seen is None:
+                unknown.append(never_seen(place, around.T_world_place(place), around.cell.clearance))
+                continue
+            items += [placed for placed in self._items_in(name) if self._may_be_there(placed)]
             space = unknown_in(seen.observed, place, seen.T_world_about, seen.error, around.cell.clearance)
             unknown += [] if space.is_empty else [space]
-        return replace(around, items=tuple(items), unknown=tuple(unknown))
+        self._believed = replace(around, items=tuple(items), unknown=tuple(unknown))
+        return self._believed
+
+    def _may_be_there(self, placed: PlacedItem) -> bool:
+        """Whether an item may still be where it was seen."""
+        taken = self._taken.get(placed.location, frozenset())
+        return placed.location in self._may_be_in[placed.id] and placed.id not in taken
 
     def _items_in(self, name: str) -> list[PlacedItem]:
         """The answers of the last look into a place, with bounds that hold the error of the pod's pose."""
@@ -380,19 +412,20 @@ class CameraLooks:
     def _mount_error(self, camera: MountedCamera) -> MountError:
         return camera.error if self._hand_eye else _EXACT
 
-    def _note(self, from_where: Mapping[str, Sequence[Viewpoint]], true: Scene, number: int) -> None:
+    def _note(
+        self, views: Mapping[str, Sequence[Viewpoint]], true: Scene, number: int, reached: ReachedViews
+    ) -> None:
         """Record a look, with the truth beside each pose."""
         items = []
-        for name in from_where:
+        for name in views:
             believed = {placed.id: placed.noise for placed in self._items_in(name)}
             items += [
                 PerceivedItem(name, answer, believed.get(answer.id), _off_by(answer, true))
                 for answer in self._seen[name].observed.items
             ]
-        first = {name: viewpoints[0] for name, viewpoints in from_where.items()}
-        cameras = {name: (each.camera.name, each.at.name) for name, each in first.items()}
-        drawn = {name: self._seen[name].drawn for name in from_where}
-        self._looks.append(LookRecord(number, cameras, tuple(items), drawn))
+        cameras = {name: found[0].name for name, found in views.items()}
+        drawn = {name: self._seen[name].drawn for name in views}
+        self._looks.append(LookRecord(number, cameras, tuple(items), drawn, reached.motions))
 
 
 def with_names_of_copies(observed: PlaceObservation, true: Scene) -> PlaceObservation:

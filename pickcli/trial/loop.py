@@ -370,6 +370,7 @@ class _Trial:
         after = arena.now()
         attempts = tuple(attempt for _, attempt in self.attempts)
         executions = [e for attempt in attempts for e in attempt.executions]
+        executions += [e for look in runner.perception.looks for e in look.motions]
         disturbed_last = arena.disturbed()
         disturbed = [*(d for e in executions for d in e.disturbed), *disturbed_last]
         fallen = (Drop(d.item, d.fell) for d in disturbed if d.kind is DisturbanceKind.FELL)

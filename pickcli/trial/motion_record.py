@@ -40,6 +40,7 @@ from pickcli.trial.motion_schema import (
     MotionModel,
     PackedModel,
 )
+from pickcli.trial.trial_perception import LOOK_FROM
 from pickcli.trial.trial_record import record_digest
 
 FORMAT, VERSION = "apc motion", 1
@@ -230,16 +231,20 @@ def refuse_other_record(motion: RecordedMotion, record: Mapping[str, Any], where
         if attempt["execution"] is not None:
             stated.append((attempt.get("plan") or {}).get("query"))
         stated += [None for step in attempt["recovery"] if step["execution"] is not None]
-    found = [execution.query for execution in motion.executions]
-    if len(stated) == len(found) and all(s in (None, f) for s, f in zip(stated, found, strict=True)):
+    queries = [execution.query for execution in motion.executions]
+    found = [query for query in queries if not query.startswith(LOOK_FROM)]
+    n_looking = sum(look.get("motions", 0) for look in record.get("looks", ()))
+    is_same_number = len(stated) == len(found) and n_looking == len(queries) - len(found)
+    if is_same_number and all(s in (None, f) for s, f in zip(stated, found, strict=True)):
         if motion.record in ("", record_digest(record)):
             return
         raise StaleError(
             f"{where}: is the motion of another trial, or the record was changed since; play the trial again"
         )
+    n_stated = len(stated) + n_looking
     raise StaleError(
-        f"{where}: is the motion of another trial: {len(found)} executions{_first(found)}, and the record "
-        f"has {len(stated)}{_first([s for s in stated if s])}; play the trial again"
+        f"{where}: is the motion of another trial: {len(queries)} executions{_first(queries)}, and the "
+        f"record has {n_stated}{_first([s for s in stated if s])}; play the trial again"
     )
 
 

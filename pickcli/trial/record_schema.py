@@ -130,6 +130,8 @@ class _Look(_Part):
     number: Count
     cameras: dict[Name, Annotated[list[Text], Field(min_length=2, max_length=2)]]
     items: list[_Seen]
+    motions: Count = 0
+    motion_s: Figure = 0.0
 
 
 class _ScoreLine(_Part):

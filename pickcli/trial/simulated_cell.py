@@ -270,8 +270,12 @@ def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInter
         own = by_arm[scene.cell.arm]
         return plan_topple(own.context, scene, query, start, seed, own.experience_recorder, certify)
 
+    def move(scene: Scene, start: Start, goal: MoveGoal, seed: int, label: str) -> Plan:
+        own = by_arm[scene.cell.arm]
+        return plan_move(own.context, scene, start, goal, seed, label, own.experience_recorder)
+
     if len(by_arm) == 1:
-        return TrialInterfaces(plan, recover, bring, verify, arena, topple=topple)
+        return TrialInterfaces(plan, recover, bring, verify, arena, topple=topple, move=move)
 
     def rank(scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
         return rank_arms(scenes, {arm: own.preference for arm, own in by_arm.items()}, query, seed)
@@ -280,18 +284,11 @@ def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInter
         own = by_arm[scene.cell.arm]
         if own.parked is None:
             raise NoPlanError("parking", [Reason("nowhere to park", scene.cell.arm)])
-        return plan_move(
-            own.context,
-            scene,
-            start,
-            MoveGoal(own.parked.q, own.parked.tool_state),
-            seed,
-            f"park arm {scene.cell.arm}",
-            own.experience_recorder,
-        )
+        goal = MoveGoal(own.parked.q, own.parked.tool_state)
+        return move(scene, start, goal, seed, f"park arm {scene.cell.arm}")
 
     cells = {arm: own.context.cell for arm, own in by_arm.items()}
-    return TrialInterfaces(plan, recover, bring, verify, arena, cells, rank, park, topple)
+    return TrialInterfaces(plan, recover, bring, verify, arena, cells, rank, park, topple, move)
 
 
 def _let_go(world: World, duration: float, open_to: ToolState | None) -> None:

@@ -16,6 +16,7 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Certify, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.arm_choice import ArmSuitability
+from pickcli.planning.move import MoveGoal
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
@@ -261,6 +262,28 @@ class PlanParking(Protocol):
         ...
 
 
+class PlanMove(Protocol):
+    """Planner of moves of the empty tool, such as ``planning.move.plan_move``."""
+
+    def __call__(self, scene: Scene, start: Start, goal: MoveGoal, seed: int, label: str) -> Plan:
+        """Plan a move.
+
+        Args:
+            scene: The perceived scene.
+            start: Start configuration and tool state.
+            goal: Configuration and tool state at its end.
+            seed: Seed of the plan.
+            label: Name of the plan.
+
+        Returns:
+            The plan, without a certificate.
+
+        Raises:
+            NoPlanError: There is no plan; with the reasons.
+        """
+        ...
+
+
 class RankArms(Protocol):
     """Ranking of the arms for a pick, such as ``planning.arm_choice.rank_arms``."""
 
@@ -280,6 +303,10 @@ class RankArms(Protocol):
 
 def _never_parked(scene: Scene, start: Start, seed: int) -> Plan:
     raise NoPlanError("parking", [Reason("the cell has one arm")])
+
+
+def _never_moved(scene: Scene, start: Start, goal: MoveGoal, seed: int, label: str) -> Plan:
+    raise NoPlanError(label, [Reason("the trial has no planner for it")])
 
 
 def _never_toppled(scene: Scene, query: TopplingQuery, start: Start, seed: int, certify: Certify) -> Plan:
@@ -304,6 +331,7 @@ class TrialInterfaces:
         rank: Ranks the arms for a pick, if there are several.
         park: Plans the parking motion of an arm, if there are several.
         topple: Plans to topple an item that stands on edge in an open box.
+        move: Plans a move of the empty tool.
     """
 
     plan: PlanPick
@@ -315,3 +343,4 @@ class TrialInterfaces:
     rank: RankArms = _nothing_to_rank
     park: PlanParking = _never_parked
     topple: PlanTopple = _never_toppled
+    move: PlanMove = _never_moved

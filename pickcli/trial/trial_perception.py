@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pickcli.perception.items.item_observation import ItemObservation
+    from pickcli.perception.viewpoints import Viewpoint
+    from pickcli.trial.trial_interfaces import ExecutionResult
 
+LOOK_FROM = "look from "  # how queries of motions begin that bring a camera to where it looks from
 _AROUND = 0.05  # m around a place in which a tip may disturb what is in it
 
 
@@ -118,34 +121,69 @@ class LookRecord:
         cameras: By place that was looked into, camera and configuration of the arm.
         items: What was said of all items that are listed to be in these places.
         pictures: By place, (h, w, 3) the answers drawn over its picture.
+        motions: Records of the motions that brought the cameras there.
     """
 
     number: int
     cameras: Mapping[str, tuple[str, str]]
     items: tuple[PerceivedItem, ...]
     pictures: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
+    motions: tuple[ExecutionResult, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class ReachedViews:
+    """From where pictures can be taken after the arm went there.
+
+    Attributes:
+        viewpoints: Those that were reached, in order of time.
+        motions: Records of the motions.
+    """
+
+    viewpoints: tuple[Viewpoint, ...]
+    motions: tuple[ExecutionResult, ...] = ()
+
+    def has(self, viewpoint: Viewpoint) -> bool:
+        """Whether a viewpoint is among them, by its camera and configuration.
+
+        Args:
+            viewpoint: The viewpoint.
+
+        Returns:
+            True if it is.
+        """
+        return any(viewpoint.name == each.name for each in self.viewpoints)
 
 
 class Perception(Protocol):
     """Makes the perceived scene of the true one; the only interface between both."""
 
-    def n_pictures(self, touched: Touched) -> int:
-        """Return how many pictures the next look takes.
-
-        Args:
-            touched: What was touched since the last look.
-
-        Returns:
-            The number; each takes the time of a look.
-        """
-
     def look(self, true: Scene, number: int, touched: Touched) -> Scene:
-        """Perceive the scene.
+        """Perceive what is seen without a motion of the arm.
 
         Args:
             true: The true scene.
             number: Number of the look, from 1.
             touched: What was touched since the last look.
+
+        Returns:
+            The perceived scene, with what was seen before of all else.
+        """
+
+    def viewpoints(self) -> tuple[Viewpoint, ...]:
+        """Return from where pictures are to be taken next.
+
+        Returns:
+            The viewpoints, each once; none if there is nothing more to see.
+        """
+
+    def look_from(self, true: Scene, number: int, reached: ReachedViews) -> Scene:
+        """Take the pictures of the last ``viewpoints``.
+
+        Args:
+            true: The true scene.
+            number: Number of the look, from 1.
+            reached: Those of the viewpoints at which the arm was.
 
         Returns:
             The perceived scene.
@@ -211,17 +249,6 @@ class BoundedErrors:
     seed: int
     reality: Reality = IDEAL
 
-    def n_pictures(self, touched: Touched) -> int:
-        """Return 1: one look is at everything.
-
-        Args:
-            touched: Does not matter.
-
-        Returns:
-            1.
-        """
-        return 1
-
     def look(self, true: Scene, number: int, touched: Touched) -> Scene:
         """Perceive the scene, as ``pose_noise.perceive``.
 
@@ -234,6 +261,27 @@ class BoundedErrors:
             The perceived scene.
         """
         return perceive(true, self.noise, self.seed, number, self.reality)
+
+    def viewpoints(self) -> tuple[Viewpoint, ...]:
+        """Return nothing: one look is at everything.
+
+        Returns:
+            No viewpoints.
+        """
+        return ()
+
+    def look_from(self, true: Scene, number: int, reached: ReachedViews) -> Scene:
+        """Perceive the scene, as ``look``.
+
+        Args:
+            true: The true scene.
+            number: Number of the look, from 1.
+            reached: Does not matter.
+
+        Returns:
+            The perceived scene.
+        """
+        return self.look(true, number, Touched())
 
     def homes(self, first: Scene) -> Mapping[str, str]:
         """Return where items are perceived.

@@ -103,6 +103,8 @@ def _look(look: LookRecord) -> dict[str, Any]:
         "number": look.number,
         "cameras": {place: list(of) for place, of in look.cameras.items()},
         "items": [_seen(seen) for seen in look.items],
+        "motions": len(look.motions),
+        "motion_s": _rounded(sum(execution.duration for execution in look.motions)),
     }
 
 

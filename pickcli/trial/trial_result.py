@@ -247,8 +247,9 @@ class TrialResult:
 
     @property
     def executions(self) -> tuple[ExecutionResult, ...]:
-        """All executions in order of time."""
-        return tuple(e for attempt in self.attempts for e in attempt.executions)
+        """All executions: those of attempts, then those that brought cameras to where they look from."""
+        looking = (e for look in self.looks for e in look.motions)
+        return (*(e for attempt in self.attempts for e in attempt.executions), *looking)
 
     @property
     def arms(self) -> dict[str, ArmSummary]:

@@ -132,9 +132,11 @@ def _seen(result: TrialResult) -> str:
         seen = [item for look in result.looks for item in look.items]
         bounded = [item for item in seen if item.is_believed]
         broken = sum(not item.is_bound_kept for item in bounded)
+        motions = [motion.duration for look in result.looks for motion in look.motions]
         return (
             f"planning saw bins by camera: {len(bounded)} of {len(seen)} poses in {len(result.looks)} looks "
-            f"were believed, {broken} of these were off by more than their bounds"
+            f"were believed, {broken} of these were off by more than their bounds; the arm moved "
+            f"{len(motions)} times to look, {math.fsum(motions):.1f} s"
         )
     return (
         f"planning saw poses with an error of up to {1e3 * result.noise.position:g} mm and "

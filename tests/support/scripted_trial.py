@@ -15,6 +15,7 @@ from pickcli.motion.plan import Certificate, Certify, Grasp, GraspKind, Plan, Re
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.arm_choice import ArmSuitability
+from pickcli.planning.move import MoveGoal
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
@@ -113,7 +114,9 @@ class ScriptedTrial:
 
     def interfaces(self) -> TrialInterfaces:
         """This fake in all its roles."""
-        fake = TrialInterfaces(self.plan, self.recover, self.bring, self.verify, self, topple=self.topple)
+        fake = TrialInterfaces(
+            self.plan, self.recover, self.bring, self.verify, self, topple=self.topple, move=self.move
+        )
         return replace(fake, cells=self.cells, rank=self.rank, park=self.park) if self.cells else fake
 
     def topple(self, scene: Scene, query: TopplingQuery, start: Start, seed: int, certify: Certify) -> Plan:
@@ -125,6 +128,12 @@ class ScriptedTrial:
         )
         assert isinstance(certified, Plan)
         return certified
+
+    def move(self, scene: Scene, start: Start, goal: MoveGoal, seed: int, label: str) -> Plan:
+        self.perceived.append(scene)
+        if label in self.no_plan:
+            raise NoPlanError(label, [Reason("collision", "move", "")])
+        return replace(self._motion(label, seed, None), trajectory=self._trajectory(label, goal.q))
 
     def rank(self, scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
         arms = self.able.get(query.item, tuple(self.cells))
@@ -217,6 +226,7 @@ class ScriptedTrial:
             if plan.query.startswith("topple"):
                 self._fall(plan.query.split()[1])
                 self._slide(plan.query.split()[1])
+            self.q = plan.trajectory.positions[-1]
             script = self.executions.get(plan.query, [])
             return script.pop(0) if script else ExecutionResult(plan.trajectory.duration)
         if plan.query.startswith("bring"):
@@ -255,12 +265,14 @@ class ScriptedTrial:
         self.scene = self.scene.moved(replace(self.scene.find(item), location=location, T_world_item=T))
 
     def _motion(self, query: str, seed: int, grasp: Grasp | None, arm: str = "") -> Plan:
-        zeros = np.zeros((2, 8))
-        names = ("rail", "s", "l", "e", "u", "r", "b", "t")
-        known = (seconds for begin, seconds in self.durations.items() if query.startswith(begin))
-        duration = next(known, self.duration)
-        way = np.array([[0.0], [1.0]]) + zeros
-        trajectory = Trajectory(names, np.array([0.0, duration]), way, zeros, zeros)
+        trajectory = self._trajectory(query, np.ones(8))
         return Plan(
             query, "c", "s", seed, (), trajectory, (), grasp, statistics={"planning_ms": 1.0}, arm=arm
         )
+
+    def _trajectory(self, query: str, goal: Array) -> Trajectory:
+        """A motion from zero to a configuration."""
+        names, zeros = ("rail", "s", "l", "e", "u", "r", "b", "t"), np.zeros((2, 8))
+        known = (seconds for begin, seconds in self.durations.items() if query.startswith(begin))
+        times = np.array([0.0, next(known, self.duration)])
+        return Trajectory(names, times, np.stack([np.zeros(8), goal]), zeros, zeros)

@@ -26,11 +26,12 @@ from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.simulation.reality import IDEAL
 from pickcli.trial.camera_looks import CameraLooks, with_names_of_copies
-from pickcli.trial.trial_perception import BoundedErrors, Touched, true_poses
+from pickcli.trial.trial_perception import BoundedErrors, ReachedViews, Touched, true_poses
 
 ITEM = "crayola_24_ct"
 CONTENTS = {"bin_C": (ITEM, "kleenex_tissue_box"), "bin_E": ("folgers_classic_roast_coffee",)}
 NOISE = PoseNoise(0.002, 0.0175)
+UNTOUCHED = Touched()
 
 
 @pytest.fixture(scope="module")
@@ -49,10 +50,22 @@ def looks(scene: Scene, seed: int = 1, hand_eye: bool = True) -> CameraLooks:
     return CameraLooks(scene, BoundedErrors(NOISE, seed, IDEAL), hand_eye)
 
 
+def look(perception: CameraLooks, true: Scene, number: int, touched: Touched = UNTOUCHED) -> Scene:
+    """Look from everywhere, as if the arm could be brought there."""
+    perception.look(true, number, touched)
+    return perception.look_from(true, number, ReachedViews(perception.viewpoints()))
+
+
+def n_pictures(perception: CameraLooks, true: Scene, number: int, touched: Touched = UNTOUCHED) -> int:
+    """Pictures that the next look wants to take."""
+    perception.look(true, number, touched)
+    return len(perception.viewpoints())
+
+
 @pytest.fixture(scope="module")
 def first(true_scene: Scene) -> tuple[CameraLooks, Scene]:
     perception = looks(true_scene)
-    return perception, perception.look(true_scene, 1, Touched())
+    return perception, look(perception, true_scene, 1)
 
 
 def test_what_is_believed_holds_the_truth(first: tuple[CameraLooks, Scene], true_scene: Scene) -> None:
@@ -107,16 +120,17 @@ def test_only_touched_places_are_looked_into_again_and_what_was_moved_is_looked_
     true_scene: Scene,
 ) -> None:
     perception = looks(true_scene)
-    before = perception.look(true_scene, 1, Touched())
+    before = look(perception, true_scene, 1)
     touched = Touched(frozenset({"bin_C", TOTE}), {ITEM: frozenset({"bin_C", TOTE})})
-    assert perception.n_pictures(touched) == 3
     refused = {seen.place for seen in perception.looks[0].items if not seen.is_believed}
-    assert perception.n_pictures(Touched()) == 3 * len(refused)
+    assert len(perception.viewpoints()) == 3 * len(refused)
     tote = true_scene.cell.places[TOTE]
     in_tote = replace(
         true_scene.find(ITEM), location=TOTE, T_world_item=true_scene.T_world_place(tote) @ pose((0, 0, 0.1))
     )
-    after = perception.look(true_scene.moved(in_tote), 2, touched)
+    now = true_scene.moved(in_tote)
+    assert n_pictures(perception, now, 2, touched) == 3
+    after = perception.look_from(now, 2, ReachedViews(perception.viewpoints()))
     assert set(perception.looks[-1].cameras) == {"bin_C"}
     assert after.find(ITEM).location == TOTE
     assert ITEM not in {seen.answer.id for seen in perception.looks[-1].items}
@@ -126,20 +140,52 @@ def test_only_touched_places_are_looked_into_again_and_what_was_moved_is_looked_
         np.testing.assert_array_equal(a.boxes, b.boxes)
 
 
+def test_before_the_first_picture_nothing_is_known_of_a_place(true_scene: Scene) -> None:
+    believed = looks(true_scene).look(true_scene, 1, UNTOUCHED)
+    assert not believed.items
+    assert {space.place for space in believed.unknown} == set(true_scene.cell.pod.bins)
+    for space in believed.unknown:
+        room = true_scene.cell.places[space.place].room
+        size = np.prod(space.boxes[:, 1] - space.boxes[:, 0], axis=1).sum()
+        assert size > 0.9 * np.prod((room.high - room.low) - [0.0, 0.0, true_scene.cell.clearance])
+
+
+def test_where_no_camera_comes_again_all_but_what_was_taken_stays_as_seen(true_scene: Scene) -> None:
+    perception = looks(true_scene)
+    before = look(perception, true_scene, 1)
+    touched = Touched(frozenset({"bin_C"}), {ITEM: frozenset({"bin_C", TOTE})})
+    perception.look(true_scene.without(ITEM), 2, touched)
+    after = perception.look_from(true_scene.without(ITEM), 2, ReachedViews(()))
+    assert {placed.id for placed in after.items} == {placed.id for placed in before.items} - {ITEM}
+    assert [look.number for look in perception.looks] == [1]
+    assert len(perception.viewpoints()) == 3  # it is still to be looked into
+
+
+def test_a_place_is_looked_into_from_where_the_arm_was(true_scene: Scene) -> None:
+    perception = looks(true_scene)
+    perception.look(true_scene, 1, UNTOUCHED)
+    in_c = [each for each in perception.viewpoints() if each.at.name.startswith("cam_C")]
+    believed = perception.look_from(true_scene, 1, ReachedViews(tuple(in_c[:2])))
+    (record,) = perception.looks
+    assert record.cameras == {"bin_C": in_c[0].name}
+    assert {placed.location for placed in believed.items} == {"bin_C"}
+    assert {each.at.name[:5] for each in perception.viewpoints()} == {"cam_E", "cam_G"}
+
+
 def test_what_six_pictures_do_not_show_is_not_looked_for_again(true_scene: Scene) -> None:
     perception, gone = looks(true_scene), true_scene.without(ITEM)
-    believed = perception.look(gone, 1, Touched())
+    believed = look(perception, gone, 1)
     assert ITEM not in {placed.id for placed in believed.items} and perception.refusal(ITEM, "bin_C")
-    assert perception.n_pictures(Touched()) == 3
-    perception.look(gone, 2, Touched())
+    assert len(perception.viewpoints()) == 3
+    look(perception, gone, 2)
     (_, at), before = perception.looks[1].cameras["bin_C"], perception.looks[0].cameras["bin_C"]
     assert before == ("hand", "cam_C") and at in {
         each.at.name for each in further_viewpoints(gone.cell.places["bin_C"], gone)
     }
-    assert perception.n_pictures(Touched()) == 0
-    perception.look(gone, 3, Touched())
-    assert [look.number for look in perception.looks] == [1, 2]
-    assert perception.n_pictures(Touched(frozenset({"bin_C"}))) == 3
+    assert perception.viewpoints() == ()
+    look(perception, gone, 3)
+    assert [each.number for each in perception.looks] == [1, 2]
+    assert n_pictures(perception, gone, 4, Touched(frozenset({"bin_C"}))) == 3
 
 
 def test_without_the_pod_in_its_pictures_a_place_is_off_with_the_camera(
@@ -154,7 +200,7 @@ def test_without_the_pod_in_its_pictures_a_place_is_off_with_the_camera(
         return camera_in_pod(picture, *rest)
 
     monkeypatch.setattr("pickcli.trial.camera_looks.camera_in_pod", not_located)
-    believed = looks(true_scene).look(true_scene, 1, Touched())
+    believed = look(looks(true_scene), true_scene, 1)
     mount = cell.cameras["hand"].error
     for placed in believed.in_location("bin_C"):
         within = believed.noise_of(placed)
@@ -164,8 +210,8 @@ def test_without_the_pod_in_its_pictures_a_place_is_off_with_the_camera(
 
 
 def test_same_seed_same_scene(first: tuple[CameraLooks, Scene], true_scene: Scene) -> None:
-    again = looks(true_scene).look(true_scene, 1, Touched())
-    other = looks(true_scene, seed=2).look(true_scene, 1, Touched())
+    again = look(looks(true_scene), true_scene, 1)
+    other = look(looks(true_scene, seed=2), true_scene, 1)
     assert scene_hash(again) == scene_hash(first[1]) != scene_hash(other)
 
 
@@ -192,7 +238,7 @@ def test_copies_have_the_names_that_they_are_judged_by(cell: Cell, is_swapped: b
     if is_swapped:
         one, other = replace(one, id=other.id), replace(other, id=one.id)
     true = replace(scene, items=(one, other))
-    believed = looks(true).look(true, 1, Touched())
+    believed = look(looks(true), true, 1)
     assert {placed.id for placed in believed.items} == {one.id, other.id}
     for placed in believed.items:
         off = placed.T_world_item[:3, 3] - true.find(placed.id).T_world_item[:3, 3]
