@@ -12,12 +12,14 @@ import click
 from pickcli.commands.configuration_option import parse_start
 from pickcli.commands.logs import stage
 from pickcli.commands.named_camera import named_camera
+from pickcli.commands.options import of_file
 
 if TYPE_CHECKING:
     from pickcli.cell.place import Place
     from pickcli.cell.sensors.mounted_camera import MountedCamera
     from pickcli.perception.items.rgbd_picture import RgbdPicture
     from pickcli.perception.items.room_sight import RoomSight
+    from pickcli.perception.recorded_picture import RecordedPicture
     from pickcli.perception.rendered_scene import RenderedScene
     from pickcli.planning.start_state import Start
     from pickcli.scene.scene import Scene
@@ -32,14 +34,19 @@ class CameraPicture:
         camera: The camera.
         begin: The configuration of the arm.
         rgbd: The picture.
-        is_recorded: Whether it was read from files.
+        files: The files that it was read from; none if it was simulated.
     """
 
     where: str
     camera: MountedCamera
     begin: Start
     rgbd: RgbdPicture
-    is_recorded: bool
+    files: tuple[Path, ...] = ()
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether it was read from files."""
+        return bool(self.files)
 
     def known(self, scene: Scene) -> RenderedScene:
         """Return all that is known to be in it.
@@ -170,7 +177,29 @@ def _simulated(
             )
         colour = colour_picture(rendered, model.camera, T_world_camera, seeds[0])
         rgbd = RgbdPicture(model, T_world_camera, depth, colour)
-    return CameraPicture(where, camera, begin, rgbd, is_recorded=False)
+    return CameraPicture(where, camera, begin, rgbd)
+
+
+def mounted(scene: Scene, recording: RecordedPicture) -> tuple[MountedCamera, Start]:
+    """Find the camera of a recording, and where the arm was.
+
+    Args:
+        scene: A scene of the cell in which it was taken.
+        recording: The recording.
+
+    Returns:
+        The camera with the intrinsics of the recording, and the state of the robot.
+
+    Raises:
+        InputError: It is of another cell or camera, its ``at`` is no configuration or is elsewhere.
+    """
+    from pickcli.perception.camera_pose import camera_pose
+
+    camera = recording.mounted(scene.cell)
+    with of_file(recording.path):
+        begin = parse_start(scene.cell, recording.at)
+    recording.refuse_elsewhere(camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state))
+    return camera, begin
 
 
 def recorded_pictures(scene: Scene, paths: Sequence[Path]) -> tuple[CameraPicture, ...]:
@@ -195,7 +224,7 @@ def recorded_pictures(scene: Scene, paths: Sequence[Path]) -> tuple[CameraPictur
     with stage("reading of the pictures"):
         for path in paths:
             recording = read_recording(path)
-            camera, begin = recording.mounted(scene.cell), parse_start(scene.cell, recording.at)
+            camera, begin = mounted(scene, recording)
             if camera.model.depth is None:
                 raise InputError(
                     f"{path}: camera {camera.name}: {camera.model.name} measures no depth, by which items "
@@ -203,7 +232,8 @@ def recorded_pictures(scene: Scene, paths: Sequence[Path]) -> tuple[CameraPictur
                 )
             depth, colour = recording.depth_picture(camera.model), recording.colour_picture()
             rgbd = RgbdPicture(camera.model, recording.T_world_camera, depth.depth, colour)
-            taken.append(CameraPicture(str(path), camera, begin, rgbd, is_recorded=True))
+            files = (path, recording.colour, recording.depth)
+            taken.append(CameraPicture(str(path), camera, begin, rgbd, files))
     if others := {each.camera.name for each in taken} - {taken[0].camera.name}:
         raise InputError(
             f"{paths[0]}: is of camera {taken[0].camera.name}, another of {min(others)}; "

@@ -10,7 +10,7 @@ import click
 from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, RenamedOption, refuse_suffix
+from pickcli.commands.option_types import PATH, FiniteRange, RenamedOption, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output
 from pickcli.commands.plan_verification import trusted
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
@@ -26,7 +26,7 @@ _NUMBER = re.compile("[0-9]{1,9}")  # number of a channel
 @output_option("exported plan")
 @scene_or_cell_options
 @standing_option
-@click.option("--rate", type=float, metavar="HZ",
+@click.option("--rate", type=FiniteRange(1.0, 1000.0), metavar="HZ",
               help="Samples per second.  [default: the plan's own points; urscript: 125]")  # fmt: skip
 @click.option("--channel", "channel_texts", metavar="DEVICE=N", multiple=True,
               help="Digital output or input of a device, for urscript; may be repeated.  "
@@ -48,13 +48,16 @@ def command(
       apc export plan.json --format mcap --scene scene.json --rate 100 -o plan.mcap
       apc export move.json --format urscript --cell ur5e_crates --channel valve=3 -o move.script
     """
-    from pickcli.errors import InputError
+    from pickcli.errors import InputError, UnknownNameError
     from pickcli.export.exporter import ExportRequest
     from pickcli.export.formats import exporter
     from pickcli.files.atomic_write import write_bytes
     from pickcli.motion.plan_file import read_plan
 
-    format_ = exporter(format_name)
+    try:
+        format_ = exporter(format_name)
+    except UnknownNameError as error:
+        raise click.UsageError(f"--format: {error}") from None
     refuse_suffix(output, (format_.suffix,), f"the format {format_name}")
     if channel_texts and not format_.has_channels:
         raise click.UsageError(f"--channel: the format {format_name} has no channels; leave it out")

@@ -10,8 +10,14 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.named_item import find_item, year_option
-from pickcli.commands.option_types import PATH, FiniteRange
-from pickcli.commands.options import items_option, json_option, of_file, output_option, refuse_output
+from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
+from pickcli.commands.options import (
+    items_option,
+    json_option,
+    of_file,
+    output_option,
+    refuse_output,
+)
 
 if TYPE_CHECKING:
     from pickcli.geometry import Array
@@ -90,6 +96,7 @@ def command(
     from pickcli.grasping.box_tsr import read_box_tsrs
     from pickcli.grasping.region_import import import_regions
 
+    refuse_suffix(output, (".yaml", ".yml"), "a file of items")
     refuse_output(output, overwrite, path, items_path)
     item, regions = find_item(item_name, year, items_path, "--item"), read_box_tsrs(path)
     name = _refuse_bad_name(new_name or f"{item.name}_tsr", items_path)

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.camera_pictures import mounted, refuse_half
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.configuration_option import parse_start
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import camera_options, named_camera
+from pickcli.commands.named_camera import named_camera, optional_camera_options
 from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
-from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.options import json_option, output_option, refuse_output, refuse_reading, seed_option
 from pickcli.commands.perceived_lines import pod_lines
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
 from pickcli.errors import InputError
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 @click.command("locate-pod", cls=Command)
 @scene_or_cell_options
-@camera_options
+@optional_camera_options
 @click.option("--recorded", "recorded", type=PATH, metavar="FILE",
               help="Depth that the camera recorded there: a PNG of 16 bits, 0 for nothing; or a recording "
                    "with intrinsics and pose (.json, see apc render --recording).  "
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 @seed_option
 @json_option
 def command(
-    scene_path: Path | None, cell_name: str | None, items_path: Path | None, name: str, at: str,
+    scene_path: Path | None, cell_name: str | None, items_path: Path | None, name: str | None, at: str | None,
     recorded: Path | None, step_mm: float, output: Path, arm: str | None, standing: tuple[str, ...],
     seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
@@ -58,29 +59,40 @@ def command(
     Example:
       apc locate-pod --scene scene.json --camera hand --at cam_E -o pod.json
       apc locate-pod --scene scene.json --camera hand --at cam_E -o pod.json --overwrite --json
-      apc locate-pod --cell apc2016_delft --camera hand --recorded seen.json -o pod.json
+      apc locate-pod --cell apc2016_delft --recorded e.json -o pod.json
     """
     from pickcli.perception.camera_pose import camera_pose
     from pickcli.perception.depth_picture import DepthPicture, read_depth
     from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
     from pickcli.perception.pod_pose import locate_pod
+    from pickcli.perception.recorded_picture import read_recording
 
     refuse_output(output, overwrite, scene_path, cell_name, items_path, recorded)
     refuse_suffix(output, (".json",), "the pose of a pod")
     if scene_path is None and recorded is None:
         raise click.UsageError("nothing to look at: name a scene with --scene, or a picture with --recorded")
-    arms = ArmRequest(arm, standing, (at,), items=items_path, camera=name)
+    described = recorded if recorded is not None and _is_recording(recorded) else None
+    refuse_half(name, at, (described,) if described else ())
+    at = at or "home"
+    configurations = () if described else (at,)
+    arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
     scene = scene_or_empty(scene_path, cell_name, arms)
-    camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
+    recording = None if described is None else read_recording(described)
+    if recording is not None:
+        camera, begin = mounted(scene, recording)
+        refuse_reading(output, recording.colour, recording.depth)
+    else:
+        assert name is not None  # as refuse_half saw to
+        camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
     noise = camera.model.depth
     if noise is None:
         what = f"{camera.model.name} measures no depth, by which the pod is located"
-        raise InputError(f"camera {name}: {what}; choose another")
+        raise InputError(f"camera {camera.name}: {what}; choose another")
     T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
-    if recorded is None:
+    if recording is not None:
+        picture = recording.depth_picture(camera.model)
+    elif recorded is None:
         picture = _rendered(scene, camera, begin, T_world_camera, seed)
-    elif _is_recording(recorded):
-        picture = _recorded(recorded, scene, name)
     else:
         picture = DepthPicture(camera.model.camera, T_world_camera, read_depth(recorded, 1e-3 * step_mm))
     try:
@@ -108,16 +120,6 @@ def _is_recording(path: Path) -> bool:
     from pickcli.files.file_kind import RECORDING
 
     return read_kind(path) is RECORDING
-
-
-def _recorded(path: Path, scene: Scene, name: str) -> DepthPicture:
-    """The depth of a recording of a camera."""
-    from pickcli.perception.recorded_picture import read_recording
-
-    recording = read_recording(path)
-    if recording.camera != name:
-        raise InputError(f"{path}: is of camera {recording.camera}, not of {name}; name it with --camera")
-    return recording.depth_picture(recording.mounted(scene.cell).model)
 
 
 def _rendered(

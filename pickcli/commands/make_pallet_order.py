@@ -36,4 +36,6 @@ def command(cartons: int, output: Path, overwrite: bool, seed: int, as_json: boo
     if as_json:
         emit_json({"path": str(output), "cartons": cartons, "volume": volume, "mass": mass, "seed": seed})
     else:
-        click.echo(f"{cartons} cartons, {volume:.2f} m3, {mass:.0f} kg, seed {seed}: {output}")
+        click.echo(
+            f"{cartons} carton{'s' * (cartons > 1)}, {volume:.2f} m3, {mass:.0f} kg, seed {seed}: {output}"
+        )

@@ -78,8 +78,8 @@ def command(
     \b
     Example:
       apc make-scene jsk_pick_sample --seed 3 -o scene.json
-      apc make-scene jsk_pick_sample --seed 3 -o scene.json --perceived seen.json
-      apc make-scene --in bin_C=dove_beauty_bar,crayola_24_ct --in tote=dasani_water_bottle -o scene.json
+      apc make-scene jsk_pick_sample --seed 3 -o true.json --perceived seen.json
+      apc make-scene --in bin_C=dove_beauty_bar,crayola_24_ct --in tote=dasani_water_bottle -o filled.json
     """
     from pickcli.cell.cell_file import load_workcell
     from pickcli.scene.scene_file import scene_hash, write_scene

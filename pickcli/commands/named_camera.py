@@ -33,6 +33,19 @@ def camera_options(function: F) -> F:
     return camera(_at_option(function, "home"))
 
 
+def optional_camera_options(function: F) -> F:
+    """Give a command the options --camera NAME and --at CONFIGURATION, which recordings stand in for.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options.
+    """
+    camera = click.option("--camera", "name", metavar="NAME", help=_CAMERA_HELP)
+    return camera(_at_option(function, None))
+
+
 def camera_or_recording_options(function: F) -> F:
     """Give a command the options --camera NAME and --at CONFIGURATION, or --recorded FILE in their place.
 
@@ -42,13 +55,12 @@ def camera_or_recording_options(function: F) -> F:
     Returns:
         The command with the options.
     """
-    camera = click.option("--camera", "name", metavar="NAME", help=_CAMERA_HELP)
     recorded = click.option(
         "--recorded", "recorded", type=PATH, metavar="FILE.json", multiple=True,
         help="Recording of a picture that a camera took, instead of --camera and --at (see apc render "
              "--recording); may be repeated for looks from several places.",
     )  # fmt: skip
-    return camera(_at_option(recorded(function), None))
+    return optional_camera_options(recorded(function))
 
 
 def _at_option(function: F, default: str | None) -> F:

@@ -21,7 +21,14 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.named_camera import camera_or_recording_options
 from pickcli.commands.option_types import PATH, refuse_suffix
-from pickcli.commands.options import json_option, output_option, refuse_output, refuse_same, seed_option
+from pickcli.commands.options import (
+    json_option,
+    output_option,
+    refuse_output,
+    refuse_reading,
+    refuse_same,
+    seed_option,
+)
 from pickcli.commands.perceived_lines import perceived_lines
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
 
@@ -74,11 +81,11 @@ def command(
     \b
     Example:
       apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json
-      apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json --picture perceived.png
-      apc perceive --scene scene.json --camera hand --at cam_E --bin bin_E -o perceived.json --json
-      apc perceive --scene scene.json --camera hand --at cam_E --aslant -o perceived.json
-      apc perceive --scene scene.json --camera hand --at cam_E --pod pod.json -o perceived.json
-      apc perceive --order order.json --cell apc2016_delft --recorded seen.json -o perceived.json
+      apc perceive --scene scene.json --camera hand --at cam_E -o drawn.json --picture drawn.png
+      apc perceive --scene scene.json --camera hand --at cam_E --bin bin_E -o bin_E.json --json
+      apc perceive --scene scene.json --camera hand --at cam_E --aslant -o aslant.json
+      apc perceive --scene scene.json --camera hand --at cam_E --pod pod.json -o in_pod.json
+      apc perceive --order order.json --cell apc2016_delft --recorded e.json -o recorded.json
     """
     from pickcli.errors import InputError
     from pickcli.files.png_file import write_png
@@ -103,6 +110,8 @@ def command(
     contents = _contents(scene, order_path)
     if recorded:
         taken = recorded_pictures(scene, recorded)
+        for path in filter(None, (output, picture_path)):
+            refuse_reading(path, *(file for each in taken for file in each.files))
     else:
         assert name is not None
         taken = (simulated_picture(scene, name, at or "home", (texture_seed, seed)),)

@@ -33,9 +33,9 @@ def command(goal: str, tool_state: str | None, options: PlanOptions) -> None:
     \b
     Example:
       apc plan-move --scene scene.json --from home --to bin_C -o move.json
-      apc plan-move --scene scene.json --from bin_C --to home --tool-state down -o move.json
-      apc plan-move --cell my_robot --from home --to parked -o move.json
-      apc plan-move --cell my_baxter --arm left --standing right=home --from home --to parked -o move.json
+      apc plan-move --scene scene.json --from bin_C --to home --tool-state down -o back.json
+      apc plan-move --cell my_robot --from home --to parked -o park.json
+      apc plan-move --cell my_baxter --arm left --standing right=home --from home --to parked -o left.json
     """
     from pickcli.planning.move import MoveGoal, plan_move
 

@@ -33,7 +33,7 @@ def command(
     \b
     Example:
       apc plan-pallet pallet.json -o stack.json
-      apc plan-pallet pallet.json --online --look-ahead 3 -o stack.json
+      apc plan-pallet pallet.json --online --look-ahead 3 -o online.json
     """
     from pickcli.errors import NoPlanError
     from pickcli.palletizing.drop_test import what_stands

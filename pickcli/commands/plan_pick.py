@@ -47,8 +47,8 @@ def command(
     \b
     Example:
       apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box -o plan.json
-      apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box --into bin_F -o plan.json
-      apc plan-pick --stream stream.json --item crayola_24_ct --now 1.5 -o plan.json
+      apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box --into bin_F -o aside.json
+      apc plan-pick --stream stream.json --item crayola_24_ct --now 1.5 -o belt.json
     """
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours

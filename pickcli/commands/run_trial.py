@@ -115,11 +115,13 @@ def command(
         with stage("trial"), progress("playing") as report:
             played = play_trial(request, scene, trial_arms, report, keep_edges, watch)
         result = played.result
-        if as_json:  # before files are written, which may fail
-            emit_json(played.record)
-        else:
-            _show(result)
-        paths = write_folder(folder, result, played.record, played.pictures, played.motion, overwrite)
+        try:  # neither a full disk nor a reader that has gone may lose the trial
+            if as_json:
+                emit_json(played.record)
+            else:
+                _show(result)
+        finally:
+            paths = write_folder(folder, result, played.record, played.pictures, played.motion, overwrite)
         if not as_json:
             looks = [path for path in paths if path.match(LOOKS)]
             told = [f"wrote {path}" for path in paths if path not in looks]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -180,15 +181,29 @@ def _play(
 
     jobs, scheduler, as_json = who
     replaced = overwrite or is_interrupted(output)
+    is_new = not output.exists()
     output.mkdir(parents=True, exist_ok=True)
     summary = output / SUMMARY
-    with building("playing", summary, jobs, as_json, scheduler) as run_options:
+    with (
+        _removed_if_empty(output, is_new),
+        building("playing", summary, jobs, as_json, scheduler) as run_options,
+    ):
         build = Build(job, replace(run_options, output=summary))
         report = play_trials(build, job, seeds, _made_from(job, seeds))
         page = page_bytes(trials_page(report.records))
         write_trials(output, report, page, replaced)
         build.finish()
     return report
+
+
+@contextmanager
+def _removed_if_empty(folder: Path, is_new: bool) -> Iterator[None]:
+    """Remove a folder that was made for results when there are none."""
+    try:
+        yield
+    finally:
+        if is_new and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:

@@ -21,6 +21,7 @@ KTH_CUP_RADIUS = 0.0175  # m, the radius of KTH's cup according to the calls tha
 # angle of a tool to a face's normal up to which it is assigned to that face
 MAX_FACE_ANGLE = np.radians(15.0)
 FITS = 1e-3  # m by which the remaining area on a face may be narrower than the cup
+MOST_OFF = 0.02  # m that a region may be off its face; KTH's are up to 2 mm off it, or in the item
 _GRAIN = 1e-4  # m that limits are rounded to, outwards: a region may be a point, and has to fit the cup
 
 Areas = dict[str, dict[str, tuple[float, float]]]
@@ -125,6 +126,9 @@ def _on_face(corners: Array, approach: Array, item: Item, rim: float) -> tuple[s
     """Return face and (2, 3) corners of the rim's area on it, clipped to the face; or why there is none."""
     kind, half = item.shape.kind, item.shape.extents / 2
     if kind is ShapeKind.SPHERE:
+        nearest = np.clip(0.0, corners[0], corners[1])
+        if (beyond := float(np.linalg.norm(nearest)) - half[0]) > MOST_OFF:
+            return f"it is {1e3 * beyond:.0f} mm off the item"
         return "sphere", np.stack([-half, half])
     axis = int(np.argmax(np.abs(approach)))
     off = float(np.arccos(np.clip(np.abs(approach[axis]), 0.0, 1.0)))
@@ -133,6 +137,9 @@ def _on_face(corners: Array, approach: Array, item: Item, rim: float) -> tuple[s
         off, face = float(np.arcsin(np.clip(np.abs(approach[2]), 0.0, 1.0))), "mantle"
     if off > MAX_FACE_ANGLE:
         return f"the tool comes {np.degrees(off):.0f} degrees off every face"
+    outer = corners[1, axis] if approach[axis] < 0.0 else -corners[0, axis]
+    if not -half[axis] - MOST_OFF <= outer <= half[axis] + MOST_OFF:
+        return f"it is {1e3 * abs(outer - half[axis]):.0f} mm off {face}"
     area = np.stack([np.maximum(corners[0] - rim, -half), np.minimum(corners[1] + rim, half)])
     along = [2] if face == "mantle" else [i for i in range(3) if i != axis]
     narrowest = float((area[1] - area[0])[along].min())

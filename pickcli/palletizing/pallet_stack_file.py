@@ -49,8 +49,8 @@ def stack_to_dict(stack: PalletStack, tested: DropTest) -> dict[str, Any]:
             for name, reasons in stack.left.items()
         ],
         "drop_test": {
-            "sinking": round(tested.sinking, DECIMALS),
-            "shift": round(tested.shift, DECIMALS),
+            "sinking_m": round(tested.sinking, DECIMALS),
+            "shift_m": round(tested.shift, DECIMALS),
         },
     }
 

@@ -115,11 +115,9 @@ class _Pallet:
     def _why_not(self, carton: Carton, against: Counter[str]) -> Failures:
         if not against:
             size = " x ".join(f"{side:g}" for side in carton.size)
-            detail = (
-                f"{size} m, with {len(self.placed)} cartons on the pallet: nowhere is over half of it borne"
-            )
+            detail = f"{size} m: nowhere on what stands there is over half of it borne"
             return Failures((Reason("no room", carton.id, detail),))
-        detail = ", ".join(f"it {what} at {n} places" for what, n in against.most_common())
+        detail = ", ".join(f"it {what} at {n} place{'s' * (n > 1)}" for what, n in against.most_common())
         return Failures((Reason("does not stand", carton.id, detail),))
 
 
@@ -134,7 +132,7 @@ def stack_all(order: PalletOrder, seed: int = 0) -> PalletStack:
         The stack with the most cartons, of several the fullest.
     """
     rng = derived_rng(seed, "pallet")
-    sequences = [sorted(order.cartons, key=key) for key in SEQUENCES]
+    sequences = [sorted(order.cartons, key=key) for key in SEQUENCES] + [list(order.cartons)]
     stacks = [_in_turns(order, sequence) for sequence in sequences]
     stacks += [_in_turns(order, sequences[0], across) for across in (False, True)]
     stacks += [_in_turns(order, _shuffled(order.cartons, rng)) for _ in range(N_SHUFFLED)]

@@ -23,12 +23,13 @@ from pickcli.files.png_file import read_colour
 from pickcli.files.schema import validate
 from pickcli.files.source import Source
 from pickcli.files.yaml_reader import read_yaml
-from pickcli.geometry import Array, is_pose
+from pickcli.geometry import Array, inverse, is_pose, rotation_angle
 from pickcli.perception.depth_picture import DEPTH_STEP, DepthPicture, read_depth
 from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.recorded_picture_schema import RecordingModel
 from pickcli.perception.surface_view import FloatPicture
 
+_MOST_SHIFT, _MOST_ANGLE = 0.05, float(np.radians(5.0))  # m and rad by which a calibration may move a camera
 _RIGID = 1e-4  # of the entries of a rotation, which drivers print with few digits
 # Of the range that a sensor states: a recording beyond it was written in another unit.
 _FAR_OFF = 2.0
@@ -89,6 +90,23 @@ class RecordedPicture:
                 f"not {self.sensor}; state its model under sensors of the cell"
             )
         return replace(own, model=replace(own.model, camera=self.intrinsics))
+
+    def refuse_elsewhere(self, T_world_camera: Array) -> None:
+        """Refuse a pose that is not where the arm had the camera.
+
+        Args:
+            T_world_camera: (4, 4) pose of the camera by the cell, in the configuration ``at``.
+
+        Raises:
+            InputError: The stated one is farther from it than a calibration corrects.
+        """
+        off = inverse(T_world_camera) @ self.T_world_camera
+        shift, angle = float(np.linalg.norm(off[:3, 3])), rotation_angle(off[:3, :3])
+        if shift > _MOST_SHIFT or angle > _MOST_ANGLE:
+            raise InputError(
+                f"{self.path}: T_world_camera is {1e3 * shift:.0f} mm and {np.degrees(angle):.0f} degrees "
+                f"from where the camera is with the arm at {self.at}; state both of the same moment"
+            )
 
     def depth_picture(self, model: SensorModel) -> DepthPicture:
         """Read its depth.

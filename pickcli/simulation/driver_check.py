@@ -96,7 +96,7 @@ class _Watched:
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self._point = np.array(driver.q, dtype=float)
+        self._point: Array | None = None
         self.answers: list[tuple[str, bool | None]] = []
         self.n_steps = 0
         self.set_back = ""  # the first step after which it is no later than before
@@ -122,6 +122,8 @@ class _Watched:
         return self._driver.tool_state
 
     def command(self, q: Array) -> None:
+        if self._point is None:
+            self._point = np.array(q, dtype=float)
         self._point[:] = q
         self._driver.command(self._point)
         self._point[:] = self._driver.q

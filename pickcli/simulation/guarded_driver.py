@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
 from pickcli.errors import ApcError, InputError
 from pickcli.geometry import Array
@@ -123,7 +124,11 @@ class GuardedDriver:
         Returns:
             A sensor's reading; None for other devices.
         """
-        return self._guarded_call(lambda: self._driver.act(device, action))
+        answer = self._guarded_call(lambda: self._driver.act(device, action))
+        is_sensor = self.cell.devices[device].kind is DeviceKind.SENSOR
+        if is_sensor and not isinstance(answer, bool):
+            raise self._failure(f"sensor {device} answers {answer!r}, True or False expected")
+        return answer
 
     def step(self) -> None:
         """Wait for one period, in which the driver's time must increase."""

@@ -156,9 +156,8 @@ class _Reader:
     def _arguments(self, key: Key, type_: NodeType, stated: dict[str, Any]) -> dict[str, Argument]:
         for name in stated:
             if name not in type_.parameters:
-                known = (
-                    suggestion(str(name), type_.parameters) if type_.parameters else "it has no parameters"
-                )
+                keys = (*type_.parameters, *((CHILD,) if type_.kind is NodeKind.DECORATOR else ()))
+                known = suggestion(str(name), keys) if keys else "it has no parameters"
                 self._source.add((*key, name), f"unknown parameter of {type_.name}; {known}")
         found: dict[str, Argument] = {}
         for name, parameter in type_.parameters.items():

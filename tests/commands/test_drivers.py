@@ -59,6 +59,16 @@ class Stands(Faulty):
 class Breaks(Pulled):
     def close(self): raise RuntimeError("close")
 
+class Silent(Recorder):
+    "Its sensors never answer."
+    def act(self, device, action):
+        super().act(device, action)
+
+class Bare:
+    "Has nothing but a cell and a period."
+    def __init__(self, request): self.cell, self.time_step = request.scene.cell, 0.004
+    t, tool_state = 0.0, None
+
 class Jams(Recorder):
     def close(self): raise RuntimeError("close")
 
@@ -69,6 +79,7 @@ def lazy(request): return Recorder(request.scene.cell, request.q, request.tool_s
 
 pulled, quits, blind, shrinks = Pulled.connect, Quits.connect, Blind.connect, Shrinks.connect
 stands, breaks, jams = Stands.connect, Breaks.connect, Jams.connect
+silent, bare = Silent.connect, Bare
 """
 
 FAULTS = {
@@ -79,6 +90,7 @@ FAULTS = {
     "stands": "t was ",
     "breaks": "ConnectionResetError: [Errno 104] Connection reset by peer",
     "jams": "RuntimeError: close",
+    "bare": "AttributeError: 'Bare' object has no attribute 'q'",
     "unknown": "KeyError: 'controller'",
     "endless": "time_step is 0.0, 0.0001 to 0.1 s expected",
     "hasty": "time_step is 1e-09, 0.0001 to 0.1 s expected",
@@ -91,7 +103,7 @@ def added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An installed package that adds drivers."""
     folder, module = tmp_path / "site", "added_drivers_of_a_test"
     folder.mkdir()
-    names = ("away", "empty", "unreachable", "number", "missing", *FAULTS)
+    names = ("away", "empty", "unreachable", "number", "missing", "silent", *FAULTS)
     write_package(folder, module, MODULE, {GROUP: {name: f"{module}:{name}" for name in names}})
     monkeypatch.syspath_prepend(folder)
 
@@ -136,7 +148,7 @@ def test_drivers_of_the_package_keep_to_the_protocol(name: str, made: Made) -> N
 
 @pytest.mark.usefixtures("added")
 def test_drivers_of_other_packages_are_listed_and_used(made: Made) -> None:
-    names = ("away", "empty", "missing", "number", "unreachable", *FAULTS)
+    names = ("away", "empty", "missing", "number", "silent", "unreachable", *FAULTS)
     assert driver_names() == ["pybullet", "recorder", *sorted(names)]
     argv = ("execute", made.move, "--scene", made.scene, "--driver")
     refused(apc(*argv, "away"), 3, "refusing to start: rail is 0.2000 m", "add --bridge, which does that")
@@ -164,6 +176,12 @@ def test_only_verified_plans_move_a_driver(made: Made, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("added")
+def test_a_sensor_that_does_not_answer_ends_the_run(made: Made) -> None:
+    answer = apc("execute", made.plan, "--scene", made.scene, "--driver", "silent")
+    assert answer.code == 3 and "vacuum_sensor answers None, True or False expected" in answer.err
+
+
+@pytest.mark.usefixtures("added")
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_driver_that_fails_ends_the_run_by_one_message(made: Made, name: str) -> None:
     answer = apc("execute", made.move, "--scene", made.scene, "--driver", name)
@@ -172,7 +190,7 @@ def test_a_driver_that_fails_ends_the_run_by_one_message(made: Made, name: str) 
 
 
 @pytest.mark.usefixtures("added")
-@pytest.mark.parametrize("name", ["quits", "hasty", "unknown", "stands"])
+@pytest.mark.parametrize("name", ["quits", "hasty", "unknown", "stands", "bare"])
 def test_no_driver_passes_the_check_by_ending_it(made: Made, name: str) -> None:
     answer = apc("check-driver", name, made.move, "--scene", made.scene)
     assert answer.code == 3 and f"driver {name}: " in answer.err, answer.err

@@ -102,19 +102,16 @@ def test_a_plan_of_another_scene_does_not_leave(made: Made, tmp_path: Path) -> N
     assert not out.exists()
 
 
-@pytest.mark.parametrize(
-    ("more", "told"),
-    [
-        (("--rate", "0"), "rate: 0 Hz is not between 1 and 1000"),
-        (("--rate", "-5"), "rate: -5 Hz is not between"),
-        (("--rate", "1e9"), "rate: 1e+09 Hz is not between"),
-        (("--rate", "nan"), "rate: nan Hz is not between"),
-        (("--rate", "1.5"), "leave the verified motion by"),
-    ],
-)
-def test_rates_that_cannot_be_are_refused(more: tuple[str, ...], told: str, made: Made, out: Path) -> None:
-    argv = ("export", made.move, "--scene", made.scene, "--format", "joint-trajectory", "-o", out, *more)
-    refused(apc(*argv), 3, made.move, told)
+@pytest.mark.parametrize("rate", ["0", "-5", "1e9", "nan"])
+def test_rates_that_cannot_be_are_wrong_usage(rate: str, made: Made, out: Path) -> None:
+    argv = ("export", made.move, "--scene", made.scene, "--format", "joint-trajectory", "-o", out)
+    misused(apc(*argv, "--rate", rate), "Invalid value for '--rate'")
+    assert not out.exists()
+
+
+def test_a_rate_by_which_the_motion_is_left_is_refused(made: Made, out: Path) -> None:
+    argv = ("export", made.move, "--scene", made.scene, "--format", "joint-trajectory", "-o", out)
+    refused(apc(*argv, "--rate", "1.5"), 3, made.move, "leave the verified motion by")
     assert not out.exists()
 
 
@@ -160,5 +157,5 @@ def test_wrong_usage_is_told(made: Made, tmp_path: Path) -> None:
         misused(apc(*argv, *script, "--channel", text), "expected DEVICE=N")
     misused(apc(*argv, *script, "--channel", "valve=1", "--channel", "valve=2"), "given twice")
     misused(apc("export", made.move, *csv), "no surroundings")
-    refused(apc(*argv, "--format", "ros", "-o", tmp_path / "out.json"), 3, "unknown format 'ros'")
+    misused(apc(*argv, "--format", "ros", "-o", tmp_path / "out.json"), "unknown format 'ros'")
     refused(apc(*argv, *script), 3, "URScript is for the six joints of Universal Robots")

@@ -244,6 +244,13 @@ def test_mistakes_with_recordings_are_told(made: Made, tmp_path: Path) -> None:
     content = json.loads(recorded.read_text())
     recorded.write_text(json.dumps(content | {"at": "cam_X"}))
     refused(apc(*argv, "--recorded", recorded), 3, "cam_X")
+    recorded.write_text(json.dumps(content | {"at": "cam_F"}))
+    refused(apc(*argv, "--recorded", recorded), 3, "cam_C.json: T_world_camera is", "the arm at cam_F")
+    recorded.write_text(json.dumps(content))
+    before = (tmp_path / "cam_C_depth.png").read_bytes()
+    drawn = ("--picture", tmp_path / "cam_C_depth.png", "--overwrite")
+    refused(apc(*argv, "--recorded", recorded, *drawn), 3, "cam_C_depth.png: is an input of this command")
+    assert (tmp_path / "cam_C_depth.png").read_bytes() == before
     recorded.write_text(json.dumps(content | {"depth": "cam_C.png"}))
     refused(apc(*argv, "--recorded", recorded), 3, "cam_C.png: expected a grey PNG of 16 bits")
     recorded.write_text(json.dumps(content | {"at": "cam_L", "camera": "boom", "sensor": "kinect_v2"}))

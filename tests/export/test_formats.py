@@ -18,6 +18,8 @@ MODULE = """
 from pickcli.export.exporter import Exporter
 LINES = Exporter("a line for the plan", ".txt", lambda request: request.plan.query.encode())
 NOTHING = 3
+def fail(request): raise ValueError("nope")
+FAILS, TEXT = Exporter("none", ".txt", fail), Exporter("text", ".txt", lambda request: "no bytes")
 """
 
 
@@ -26,7 +28,8 @@ def added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An installed package that adds a format, two that do not work, and one of a name that is taken."""
     name = "added_formats_of_a_test"
     lines, nothing = f"{name}:LINES", f"{name}:NOTHING"
-    points = {"lines": lines, "nothing": nothing, "broken": "no_such_module_at_all:X", "csv": lines}
+    points = {"fails": f"{name}:FAILS", "text": f"{name}:TEXT"}
+    points |= {"lines": lines, "nothing": nothing, "broken": "no_such_module_at_all:X", "csv": lines}
     write_package(tmp_path, name, MODULE, {GROUP: points})
     monkeypatch.syspath_prepend(tmp_path)
 
@@ -39,8 +42,15 @@ def test_formats_of_the_package_are_exporters(name: str) -> None:
 
 @pytest.mark.usefixtures("added")
 def test_what_packages_add_is_listed_and_used() -> None:
-    assert format_names() == [*BUILT_IN, "broken", "lines", "nothing"]
+    assert format_names() == [*BUILT_IN, "broken", "fails", "lines", "nothing", "text"]
     assert exporter("lines").encode(ur_request()) == b"move there and back"
+
+
+@pytest.mark.usefixtures("added")
+@pytest.mark.parametrize(("name", "told"), [("fails", "ValueError: nope"), ("text", "its content is str")])
+def test_what_fails_in_the_code_of_a_package_is_named(name: str, told: str) -> None:
+    with pytest.raises(InputError, match=f"format '{name}': {told}.*correct"):
+        exporter(name).encode(ur_request())
 
 
 @pytest.mark.usefixtures("added")

@@ -188,8 +188,11 @@ def test_what_does_not_lie_on_the_item_is_left_out_and_told() -> None:
     off = ((0.03, 0.05), (0.0, 0.0), (0.015, 0.015), FREE, (3.14, 3.15), (0.0, 0.0))
     tilted = ((0.0, 0.0), (0.0, 0.0), (0.015, 0.015), FREE, (2.4, 2.4), (0.0, 0.0))
     good = ((-0.01, 0.01), (0.0, 0.0), (0.015, 0.015), FREE, (3.14, 3.15), (0.0, 0.0))
-    found = import_regions(regions_of(off, tilted, good), item, axes=np.eye(3))
-    assert found.counts == {"+z": 1} and len(found.left_out) == 2
+    above = ((-0.01, 0.01), (0.0, 0.0), (0.2, 0.2), FREE, (3.14, 3.15), (0.0, 0.0))
+    below = ((-0.01, 0.01), (0.0, 0.0), (-0.2, -0.2), FREE, (3.14, 3.15), (0.0, 0.0))
+    found = import_regions(regions_of(off, tilted, good, above, below), item, axes=np.eye(3))
+    assert found.counts == {"+z": 1} and len(found.left_out) == 4
+    assert found.left_out[2:] == ("region 3: it is 185 mm off +z", "region 4: it is 215 mm off +z")
     assert found.left_out[0].startswith("region 0: reaches beyond +z")
     assert found.left_out[1] == "region 1: the tool comes 42 degrees off every face"
     with pytest.raises(InputError, match=r"none of 2 regions lies on dove_beauty_bar .*state --axes"):

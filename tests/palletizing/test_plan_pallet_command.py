@@ -26,7 +26,7 @@ def test_an_order_is_drawn_stacked_and_told(tmp_path: Path) -> None:
     apc("make-pallet-order", "--cartons", "12", "--seed", "3", "-o", order)
     told = apc("plan-pallet", order, "-o", stack)
     written = json.loads(stack.read_text())
-    assert written["format"] == "apc stacked pallet" and written["drop_test"]["sinking"] <= 0.01
+    assert written["format"] == "apc stacked pallet" and written["drop_test"]["sinking_m"] <= 0.01
     assert f"{len(written['placements'])} of 12 cartons" in told.out
     for placed in written["placements"]:
         assert placed["comes_down_from"] > placed["position"][2]

@@ -72,6 +72,23 @@ def run(*argv: object) -> dict[str, Any]:
 
 
 @pytest.mark.slow
+def test_no_folder_is_left_when_nothing_was_played(order: Path, tmp_path: Path) -> None:
+    out = tmp_path / "many"
+    refused(apc("run-trials", order, "--seeds", "0:2", "--scheduler", "tcp://127.0.0.1:1", "-o", out), 3)
+    assert not out.exists()
+
+
+@pytest.mark.slow
+def test_a_trial_is_kept_when_nobody_reads_what_it_prints(order: Path, tmp_path: Path) -> None:
+    out = tmp_path / "alone"
+    argv = [sys.executable, "-m", "pickcli.commands.main", "run-trial", str(order), "-o", str(out)]
+    with subprocess.Popen(argv, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.close()
+        assert process.wait(300) == 0
+    assert (out / "trial.json").exists() and (out / "motion.json.gz").exists()
+
+
 def test_trials_are_those_of_run_trial_from_one_job_and_from_two(order: Path, tmp_path: Path) -> None:
     one, two, alone = tmp_path / "one", tmp_path / "two", tmp_path / "alone"
     told = run("run-trials", order, "--seeds", "4:6", "--jobs", 1, "-o", one)
