@@ -187,6 +187,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     if command in ("perceive", "locate-pod"):
         right |= {"output": out.with_suffix(".json")}
         right |= {} if (command, name) == ("perceive", "recorded") else {"name": "hand", "at": "cam_C"}
+    if command == "import-tsr":
+        right["output"] = out.with_suffix(".yaml")
     if command == "show-strategy":
         right["output"] = out.with_suffix(".svg")
     if command == "show":

@@ -27,6 +27,7 @@ from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order import Order
 from pickcli.trial.trial_interfaces import ExecutionResult, TrialInterfaces
+from pickcli.trial.trial_perception import LOOK_FROM
 from pickcli.verification.verdict import Verdict
 from support.tool_states import STRAIGHT
 
@@ -226,7 +227,8 @@ class ScriptedTrial:
             if plan.query.startswith("topple"):
                 self._fall(plan.query.split()[1])
                 self._slide(plan.query.split()[1])
-            self.q = plan.trajectory.positions[-1]
+            if plan.query.startswith(LOOK_FROM):
+                self.q = plan.trajectory.positions[-1]
             script = self.executions.get(plan.query, [])
             return script.pop(0) if script else ExecutionResult(plan.trajectory.duration)
         if plan.query.startswith("bring"):
