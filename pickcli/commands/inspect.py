@@ -50,7 +50,7 @@ def command(
     path: Path, cell_name: str | None, items_path: Path | None, is_all: bool, ends: tuple[str, str] | None,
     picture: Path | None, arm: str | None, standing: tuple[str, ...], overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Show what is in a roadmap, database, plan, scene, stream, cell or file of perceived items.
+    """Show what is in a roadmap, database, plan, scene, stream, cell, pallet or perceived items.
 
     FILE may also be a cell's folder or name. A roadmap or database is shortened to fit on a screen; --all and
     --json show everything.
@@ -121,7 +121,7 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
     """Determine the kind of the file, and describe it. Raises InputError, DamagedError, StaleError."""
     from pickcli.errors import InputError
     from pickcli.files.bounded_reading import read_kind
-    from pickcli.files.file_kind import CELL, PERCEIVED, PLAN, SCENE, STORE, STREAM
+    from pickcli.files.file_kind import CELL, PALLET, PERCEIVED, PLAN, SCENE, STACKED, STORE, STREAM
 
     refuse_missing(path, (".h5", ".json"))
     if path.is_dir() or not path.exists():
@@ -135,7 +135,7 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
         return _perceived(path, cell_name, arms)
     if kind == CELL:
         return cell_summary(path, arms)
-    describe = {STORE: _stored, PLAN: _plan}
+    describe = {STORE: _stored, PLAN: _plan, PALLET: _pallet_order, STACKED: _stacked}
     if kind in describe:
         summary = describe[kind](path)
         if kind is STORE and cell_name is not None:
@@ -143,7 +143,7 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
         return summary
     found = "is not a file that apc knows" if kind is None else f"is {kind.name}"
     raise InputError(
-        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, stream, cell or file of "
+        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, stream, cell, pallet or file of "
         "perceived items is expected here"
     )
 
@@ -221,6 +221,48 @@ def _noise(noise: PoseNoise) -> dict[str, float]:
     """Bounds of the error of a pose, with their units; of the surface only where they are stated."""
     surface = {} if noise.displacement is None else {"displacement_m": noise.displacement}
     return {"position_m": noise.position, "angle_rad": noise.angle, **surface}
+
+
+def _pallet_order(path: Path) -> dict[str, Any]:
+    from pickcli.palletizing.pallet_order_file import read_pallet_order
+
+    order = read_pallet_order(path)
+    pallet, cartons = order.pallet, order.cartons
+    volume = sum(c.size[0] * c.size[1] * c.size[2] for c in cartons)
+    return {
+        "format": "apc pallet",
+        "version": 1,
+        "pallet_m": list(pallet.size),
+        "height_over_deck_m": pallet.height - pallet.deck,
+        "n_cartons": len(cartons),
+        "mass_kg": sum(carton.mass for carton in cartons),
+        "volume_m3": volume,
+        "volume_of_room": volume / (pallet.size[0] * pallet.size[1] * (pallet.height - pallet.deck)),
+        "cartons": {carton.id: f"{_size(carton.size)} m, {carton.mass:g} kg" for carton in cartons},
+    }
+
+
+def _stacked(path: Path) -> dict[str, Any]:
+    from pickcli.palletizing.pallet_stack_file import read_pallet_stack
+
+    stack = read_pallet_stack(path)
+    placed = stack.placements
+    return {
+        "format": "apc stacked pallet",
+        "version": 1,
+        "pallet_m": list(stack.size),
+        "top_m": stack.top,
+        "n_placed": len(placed),
+        "n_left": len(stack.left),
+        "mass_kg": sum(placement.carton.mass for placement in placed),
+        "moved_in_engine_m": max(stack.sinking, stack.shift),
+        "in_sequence": {p.carton.id: f"on {', '.join(p.rests_on) or 'the deck'}" for p in placed},
+        "left": {name: list(reasons) for name, reasons in stack.left.items()},
+    }
+
+
+def _size(size: tuple[float, ...]) -> str:
+    return " x ".join(f"{side:g}" for side in size)
 
 
 def _perceived(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any]:

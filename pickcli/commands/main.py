@@ -65,7 +65,7 @@ COMMANDS: dict[str, str] = {
     "show-grasps": "Make a page of an item with its regions and candidate grasps.",
     "show-envelope": "Make a page of the envelopes of an item: poses from which the tool can grasp it.",
     "import-tsr": "Convert KTH's task space regions to a file of items.",
-    "inspect": "Show what is in a roadmap, database, plan, scene, stream, cell or file of perceived items.",
+    "inspect": "Show what is in a roadmap, database, plan, scene, stream, cell, pallet or perceived items.",
 }
 
 

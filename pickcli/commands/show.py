@@ -51,7 +51,8 @@ def command(
     The page is one file that needs no network. Motions are replayed in it: with the segments and devices, the
     joints' velocity, acceleration and jerk against their limits, and the clearance along the path. Faults
     that the verifier finds in a plan are drawn in place, as are the failures of a trial. FILE may also be a
-    cell's folder or name, the folder of a trial, or a folder of such folders, which are compared.
+    cell's folder or name, the folder of a trial, a folder of such folders, which are compared, or a stacked
+    pallet, which is put up carton by carton.
 
     \b
     Example:
@@ -61,6 +62,7 @@ def command(
       apc show apc2016_delft -o cell.html
       apc show roadmap.h5 -o roadmap.html
       apc show runs/mine -o trial.html
+      apc show stack.json -o stack.html
     """
     from pickcli.files.atomic_write import write_bytes
     from pickcli.page.html_page import page_bytes
@@ -85,7 +87,7 @@ def _document(
     """Build the page for any supported file. Raises InputError for other files."""
     from pickcli.cell.cell_file import CELL_FILE
     from pickcli.files.bounded_reading import read_kind
-    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE, TRIAL
+    from pickcli.files.file_kind import CELL, PLAN, SCENE, STACKED, STORE, TRIAL
 
     refuse_missing(path, (".h5", ".json"))
     if path.is_dir() and not _has_trials(path) and not (path / CELL_FILE).exists():
@@ -107,6 +109,11 @@ def _document(
         from pickcli.page.scene_page import scene_page
 
         return scene_page(open_scene(path, cell_name, arms))
+    if kind is STACKED:
+        from pickcli.page.pallet_page import pallet_page
+        from pickcli.palletizing.pallet_stack_file import read_pallet_stack
+
+        return pallet_page(read_pallet_stack(path))
     if kind is CELL:
         return _cell(path, arms)
     if kind is TRIAL:
@@ -114,7 +121,8 @@ def _document(
         return _trial(folder, cell_name, arms) if (folder / RECORD).is_file() else _trials(folder)
     found = "is not a file that apc knows" if kind is None else f"is {kind.name}"
     raise InputError(
-        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, trial or cell is expected here"
+        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, trial, stacked pallet or cell is "
+        "expected here"
     )
 
 

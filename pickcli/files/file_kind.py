@@ -51,6 +51,7 @@ REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 STACK = FileKind("a stack of tasks", "those of data/stacks are examples")
 PALLET = FileKind("an order of a pallet", "apc make-pallet-order draws one")
+STACKED = FileKind("a stacked pallet", "apc plan-pallet writes one")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
@@ -71,6 +72,7 @@ KINDS = (
     STRATEGY,
     STACK,
     PALLET,
+    STACKED,
     URDF,
     SRDF,
     JOINT_LIMITS,
@@ -89,6 +91,7 @@ _BY_FORMAT = {
     b"strategy": STRATEGY,
     b"stack": STACK,
     b"pallet": PALLET,
+    b"stacked": STACKED,
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)

@@ -14,11 +14,10 @@ from pickcli.grasping.envelope_truncation import Truncation
 from pickcli.page.cell_parts import item_ink
 from pickcli.page.page_document import PageDocument, PageTable
 from pickcli.page.page_scene import (
+    INVISIBLE_ROBOT,
     Fact,
     PageItem,
     PageLine,
-    PageLink,
-    PageRobot,
     posed,
 )
 from pickcli.page.shape_parts import drawn_shape
@@ -29,7 +28,6 @@ _ARROW = 0.05  # m, from the palm back along the approach, for an envelope witho
 _NEAR = 0.35  # m, within which other items are drawn
 _POINT_RESOLUTION = 1e-4  # m
 _WHOLE, _KEPT = "#999999", "#009e73"
-_NOTHING = PageRobot("", posed(np.eye(4)), (PageLink("item", ()),), (), (), (), 0, posed(np.eye(4)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +68,7 @@ def envelope_page(
         title=f"Envelopes of {name}",
         subtitle=f"{len(rows)} envelopes, {len(near)} items near it",
         facts=tuple(_facts(rows)),
-        robot=_NOTHING,
+        robot=INVISIBLE_ROBOT,
         items=(
             _item(target, pose((0.0, 0.0, 0.0))),
             *(_item(each, T_target @ each.T_world_item) for each in near),

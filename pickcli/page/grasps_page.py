@@ -17,13 +17,12 @@ from pickcli.motion.plan import Grasp
 from pickcli.page.cell_parts import item_ink
 from pickcli.page.page_document import PageDocument, PageTable
 from pickcli.page.page_scene import (
+    INVISIBLE_ROBOT,
     Fact,
     PageBody,
     PageGroup,
     PageItem,
     PageLine,
-    PageLink,
-    PageRobot,
     PageShape,
     Tone,
     posed,
@@ -60,7 +59,7 @@ def grasps_page(item: Item, tool: Tool, place: str, found: CandidateSet) -> Page
         title=f"Grasps of {name}",
         subtitle=f"{len(found.grasps)} candidates in {place}, {len(regions)} regions",
         facts=tuple(_facts(item, found)),
-        robot=_NOTHING,
+        robot=INVISIBLE_ROBOT,
         groups=tuple(
             PageGroup(f"region {face.name}", posed(_T_IDENTITY), _REGION, (_region(face, item),), 0.6)
             for face in regions
@@ -71,10 +70,6 @@ def grasps_page(item: Item, tool: Tool, place: str, found: CandidateSet) -> Page
         legend=tuple((f"load {words}", colour) for _, colour, words in _LOADS),
         tables=(_face_table(item, regions), _grasp_table(found.grasps)),
     )  # fmt: skip
-
-
-# Pages are shown in 3-D only with a robot; this one is invisible.
-_NOTHING = PageRobot("", posed(_T_IDENTITY), (PageLink("item", ()),), (), (), (), 0, posed(_T_IDENTITY))
 
 
 def _load(grasp: Grasp) -> tuple[str, str]:

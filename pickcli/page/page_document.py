@@ -87,8 +87,8 @@ class PageDocument:
     """All data of one page.
 
     Attributes:
-        kind: "cell", "scene", "plan", "roadmap", "trajectory database", "trial", "trials", "grasps" or
-            "envelopes".
+        kind: "cell", "scene", "plan", "roadmap", "trajectory database", "trial", "trials", "grasps",
+            "envelopes" or "pallet".
         title: Heading.
         subtitle: Text below the heading.
         facts: Rows of the panel.

@@ -137,6 +137,13 @@ class PageRobot:
     tip: Pose
 
 
+# Pages are shown in 3-D only with a robot; this one is invisible.
+INVISIBLE_ROBOT = PageRobot(
+    "", (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0), (PageLink("world", ()),), (), (), (), 0,
+    (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0),
+)  # fmt: skip
+
+
 @dataclass(frozen=True, eq=False)
 class PageGroup:
     """Static bodies of one carrier, or the obstacles.

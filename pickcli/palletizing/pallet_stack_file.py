@@ -1,16 +1,141 @@
-"""Writes stacks on pallets as JSON. See docs/formats/pallet.md."""
+"""Reads and writes stacks on pallets as JSON. See docs/formats/pallet.md."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
+import numpy as np
+from annotated_types import Len
+from pydantic import Field
+
+from pickcli.cell.schemas.pose_schema import Name
 from pickcli.files.atomic_write import write_text
+from pickcli.files.file_kind import STACKED
+from pickcli.files.schema import FileModel, validate
+from pickcli.files.source import Source
+from pickcli.files.yaml_reader import read_yaml
 from pickcli.palletizing.drop_test import DropTest
+from pickcli.palletizing.pallet_order import Carton
+from pickcli.palletizing.pallet_order_file import MOST_CARTONS, Mass, Side
 from pickcli.palletizing.pallet_stack import PalletStack, Placement, loads_on
 
 DECIMALS = 6  # of lengths, in m
+Length = Annotated[float, Field(ge=-100.0, le=100.0)]
+
+
+@dataclass(frozen=True, eq=False)
+class StackedPallet:
+    """What a file says of a stack.
+
+    Attributes:
+        size: (2,) m: length and width of the deck.
+        deck: m, its height over the floor.
+        placements: The cartons in the sequence in which they are put up. What each may bear is not stated.
+        loads: kg that stand on each, by id.
+        left: Reasons against the cartons that have no place, by id.
+        sinking: m, most that a carton moved in height in the engine.
+        shift: m, most sideways.
+    """
+
+    size: tuple[float, float]
+    deck: float
+    placements: tuple[Placement, ...]
+    loads: Mapping[str, float]
+    left: Mapping[str, tuple[str, ...]]
+    sinking: float
+    shift: float
+
+    @property
+    def top(self) -> float:
+        """M over the floor of the highest carton; of the deck if there is none."""
+        return self.deck + max((float(placement.high[2]) for placement in self.placements), default=0.0)
+
+
+class _Pallet(FileModel):
+    size: Annotated[tuple[Side, ...], Len(2, 2)]
+    deck: Length
+    height: Length
+
+
+class _Placed(FileModel):
+    id: Name
+    size: Annotated[tuple[Side, ...], Len(3, 3)]
+    mass: Mass
+    position: Annotated[tuple[Length, ...], Len(3, 3)]
+    yaw_deg: Literal[0, 90]
+    rests_on: tuple[Name, ...]
+    borne_within: tuple[Annotated[tuple[Length, ...], Len(2, 2)], ...]
+    load: Annotated[float, Field(ge=0.0)]
+    comes_down_from: Length
+
+    @property
+    def placement(self) -> Placement:
+        """The placement."""
+        x, y, z = self.size
+        is_turned = self.yaw_deg == 90
+        half = np.array((y, x, z) if is_turned else (x, y, z)) / 2
+        return Placement(
+            Carton(self.id, (x, y, z), self.mass), np.array(self.position) - half, is_turned, self.rests_on,
+            np.array(self.borne_within).reshape(-1, 2), self.comes_down_from - float(half[2]),
+        )  # fmt: skip
+
+
+class _Left(FileModel):
+    id: Name
+    reasons: tuple[str, ...]
+
+
+class _DropTest(FileModel):
+    sinking_m: Annotated[float, Field(ge=0.0)]
+    shift_m: Annotated[float, Field(ge=0.0)]
+
+
+class _Stack(FileModel):
+    format: Literal["apc stacked pallet"]
+    version: Literal[1]
+    pallet: _Pallet
+    placements: Annotated[tuple[_Placed, ...], Len(0, MOST_CARTONS)]
+    left: Annotated[tuple[_Left, ...], Len(0, MOST_CARTONS)]
+    drop_test: _DropTest
+
+
+def read_pallet_stack(path: Path) -> StackedPallet:
+    """Read a stack.
+
+    Args:
+        path: The file.
+
+    Returns:
+        What it says.
+
+    Raises:
+        InputError: The file cannot be read, is of another kind or has mistakes.
+    """
+    source = read_yaml(path, STACKED)
+    model = validate(source, _Stack)
+    _check_names(source, model)
+    length, width = model.pallet.size
+    return StackedPallet(
+        (length, width), model.pallet.deck,
+        tuple(each.placement for each in model.placements), {each.id: each.load for each in model.placements},
+        {each.id: each.reasons for each in model.left}, model.drop_test.sinking_m, model.drop_test.shift_m,
+    )  # fmt: skip
+
+
+def _check_names(source: Source, model: _Stack) -> None:
+    """Refuse a carton that is put up twice, or before what bears it. Raises InputError."""
+    there: set[str] = set()
+    for k, each in enumerate(model.placements):
+        if each.id in there:
+            source.add(("placements", k, "id"), f"{each.id} is put up twice; state each carton once")
+        for name in sorted(set(each.rests_on) - there):
+            source.add(("placements", k, "rests_on"), f"{each.id} rests on {name}, which is not there yet")
+        there.add(each.id)
+    source.check()
 
 
 def write_pallet_stack(path: Path, stack: PalletStack, tested: DropTest, replace: bool = True) -> None:

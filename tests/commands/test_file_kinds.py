@@ -26,6 +26,7 @@ from pickcli.files.file_kind import (
     SENSOR,
     SRDF,
     STACK,
+    STACKED,
     STORE,
     STRATEGY,
     STREAM,
@@ -120,6 +121,7 @@ WRITTEN = (
 )  # and are told apart by refuse_output
 ALSO_READ = {  # besides what the table names
     ("show", "path", TRIAL), ("inspect", "path", PERCEIVED), ("inspect", "path", STREAM),
+    ("show", "path", STACKED), ("inspect", "path", STACKED), ("inspect", "path", PALLET),
     ("run-trial", "order_path", STREAM), ("locate-pod", "recorded", RECORDING),
 }  # fmt: skip
 UNREAD = ("check", "cell_name")  # but where a file is damaged
@@ -152,6 +154,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     assert apc("make-scene", "--in", f"tote={ITEM}", "-o", folder / IN_TOTE).code == 0
     assert apc("make-stream", "--items", 1, "-o", found[STREAM]).code == 0
     assert apc("make-pallet-order", "--cartons", 1, "-o", found[PALLET]).code == 0
+    found[STACKED].write_text('{"format": "apc stacked pallet", "version": 1}\n')
     tsrs = folder / "regions.tsrs"
     tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")
     return found | {
