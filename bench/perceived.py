@@ -56,6 +56,7 @@ from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
 from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
+from pickcli.random_scenes.leaning_items import leaning_items
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
@@ -99,6 +100,7 @@ class Row:
     bound_deg: float | None
     bound_surface_mm: float | None
     is_bound_kept: bool
+    lean_deg: float = 0.0
 
     @property
     def is_near(self) -> bool:
@@ -116,9 +118,10 @@ class Row:
         return self.is_answer and self.mm is not None and self.mm > WRONG_MM
 
 
-def fresh_scene(cell: Cell, seed: int) -> Scene:
-    """The bins of an order that nobody has seen, stowed."""
-    return make_scene(make_order(OrderKind.PICK, 2016, seed).bin_contents, cell, seed)
+def fresh_scene(cell: Cell, seed: int, leaning_share: float = 0.0) -> Scene:
+    """The bins of an order that nobody has seen, stowed; of what can lean such a share leans."""
+    contents = make_order(OrderKind.PICK, 2016, seed).bin_contents
+    return make_scene(contents, cell, seed, leaning_share=leaning_share)
 
 
 def visible_share(rendered: RenderedScene, rgbd: RgbdPicture, item_id: str) -> float:
@@ -198,13 +201,15 @@ def rows_of_scene(
         for placed in seen.items:
             product_model(placed.item)
         start = thread_time()
+        leaning = leaning_items(scene)
         looks = seen.looks([ListedItem(each.id, each.item) for each in seen.items])
         observed = [concluded(each) for each in (combinations(looks, 2) if in_pairs else [looks])]
         ms = 1e3 * (thread_time() - start) / max(len(seen.items), 1)
         visible = [visible_share(seen.rendered, seen.rgbd, placed.id) for placed in seen.items]
         for each in observed:
             for answer, share in zip(each.items, visible, strict=True):
-                yield _row(sensor, (scene.seed, seen.place.name, ms), seen.items, answer, share)
+                row = _row(sensor, (scene.seed, seen.place.name, ms), seen.items, answer, share)
+                yield replace(row, lean_deg=float(np.degrees(leaning.get(answer.id, 0.0))))
 
 
 def wrong_lists(scene: Scene, sensor: SensorModel) -> Iterator[tuple[str, bool]]:
@@ -426,6 +431,7 @@ def main() -> None:
     parser.add_argument("--seeds", default="1000-1005", help="of scenes, e.g. 1000-1005 or 1,2,3")
     parser.add_argument("--sensors", nargs="+", default=list(SENSORS), help="files under data/sensors")
     parser.add_argument("--looks", type=int, default=1, choices=(1, 2, 3), help="into each bin")
+    parser.add_argument("--leaning", type=float, default=0.0, help="share of what can lean that does")
     parser.add_argument("--calibrate", action="store_true", help="also print weights of the confidence")
     parser.add_argument("--lists", action="store_true", help="lists with an item too few, and one too many")
     parser.add_argument("--json", type=Path, help="also write figures and all rows there")
@@ -433,16 +439,19 @@ def main() -> None:
     cell = load_cell("apc2016_delft")
     sensors = [read_sensor(sensor_file(name)) for name in arguments.sensors]
     if arguments.lists:
-        scenes = [fresh_scene(cell, seed) for seed in numbers_in(arguments.seeds)]
+        scenes = [fresh_scene(cell, seed, arguments.leaning) for seed in numbers_in(arguments.seeds)]
         report_lists([said for scene in scenes for sensor in sensors for said in wrong_lists(scene, sensor)])
         return
     rows: list[Row] = []
     for seed in numbers_in(arguments.seeds):
-        scene = fresh_scene(cell, seed)
+        scene = fresh_scene(cell, seed, arguments.leaning)
         for sensor in sensors:
             in_pairs = arguments.calibrate and arguments.looks > 1
             rows += rows_of_scene(scene, sensor, arguments.looks, in_pairs)
     found = report(rows)
+    if arguments.leaning:
+        print("only those that lean:")
+        report([row for row in rows if row.lean_deg])
     if arguments.calibrate:
         print_calibration(rows, CLASSES_OF_PAIRS if arguments.looks > 1 else CLASSES)
     if arguments.json is not None:
