@@ -101,6 +101,7 @@ class Row:
     bound_surface_mm: float | None
     is_bound_kept: bool
     lean_deg: float = 0.0
+    deforms: bool = False
 
     @property
     def is_near(self) -> bool:
@@ -129,8 +130,7 @@ def visible_share(rendered: RenderedScene, rgbd: RgbdPicture, item_id: str) -> f
     camera, T = rgbd.sensor.camera, rgbd.T_world_camera
 
     def count(solids: RenderedScene) -> int:
-        (index,) = solids.indices_of(item_id)
-        return int((solids.seen_by(camera, T).index == index).sum())
+        return int(np.isin(solids.seen_by(camera, T).index, solids.indices_of(item_id)).sum())
 
     alone = RenderedScene(
         tuple(s for s in rendered.solids if s.kind is not OwnerKind.ITEM or s.owner == item_id)
@@ -176,28 +176,32 @@ def from_where(cell: Cell, n_looks: int) -> dict[Place, tuple[Viewpoint, ...]]:
     return {place: viewpoints_of(place, cell)[:n_looks] for place in cell.pod.bins.values()}
 
 
-def seen_bins(scene: Scene, sensor: SensorModel, n_looks: int = 1) -> Iterator[SeenBin]:
-    """All bins, seen from so many places each."""
+def seen_bins(
+    scene: Scene, sensor: SensorModel, n_looks: int = 1, is_deformed: bool = False
+) -> Iterator[SeenBin]:
+    """All bins, seen from so many places each; cloth and bags perhaps rumpled."""
+    deformed_seed = scene.seed if is_deformed else None
     empty = replace(scene, items=())
     for place, viewpoints in from_where(scene.cell, n_looks).items():
         pictures = []
         for k, viewpoint in enumerate(viewpoints):
             at, T = viewpoint.at, viewpoint.T_world_camera
-            rendered = RenderedScene.of(scene, at.q, at.tool_state)
+            rendered = RenderedScene.of(scene, at.q, at.tool_state, deformed_seed)
             seed = derived_seed("look", scene.seed, at.name) if k else scene.seed
             depth = measure_depth(rendered, sensor, T, seed).depth
             colour = colour_picture(rendered, sensor.camera, T, TEXTURES + scene.seed)
             known = RenderedScene.of(empty, at.q, at.tool_state)
             pictures.append((RgbdPicture(sensor, T, depth, colour), known))
         at = viewpoints[0].at
-        yield SeenBin(scene, place, tuple(pictures), RenderedScene.of(scene, at.q, at.tool_state))
+        rendered = RenderedScene.of(scene, at.q, at.tool_state, deformed_seed)
+        yield SeenBin(scene, place, tuple(pictures), rendered)
 
 
 def rows_of_scene(
-    scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False
+    scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False, is_deformed: bool = False
 ) -> Iterator[Row]:
     """All items of all bins, each seen from so many places; or what each two of these looks say of them."""
-    for seen in seen_bins(scene, sensor, n_looks):
+    for seen in seen_bins(scene, sensor, n_looks, is_deformed):
         for placed in seen.items:
             product_model(placed.item)
         start = thread_time()
@@ -209,7 +213,8 @@ def rows_of_scene(
         for each in observed:
             for answer, share in zip(each.items, visible, strict=True):
                 row = _row(sensor, (scene.seed, seen.place.name, ms), seen.items, answer, share)
-                yield replace(row, lean_deg=float(np.degrees(leaning.get(answer.id, 0.0))))
+                lean = float(np.degrees(leaning.get(answer.id, 0.0)))
+                yield replace(row, lean_deg=lean, deforms=answer.item.deformation > 0.0)
 
 
 def wrong_lists(scene: Scene, sensor: SensorModel) -> Iterator[tuple[str, bool]]:
@@ -432,6 +437,7 @@ def main() -> None:
     parser.add_argument("--sensors", nargs="+", default=list(SENSORS), help="files under data/sensors")
     parser.add_argument("--looks", type=int, default=1, choices=(1, 2, 3), help="into each bin")
     parser.add_argument("--leaning", type=float, default=0.0, help="share of what can lean that does")
+    parser.add_argument("--deformed", action="store_true", help="cloth, bags and plush look rumpled")
     parser.add_argument("--calibrate", action="store_true", help="also print weights of the confidence")
     parser.add_argument("--lists", action="store_true", help="lists with an item too few, and one too many")
     parser.add_argument("--json", type=Path, help="also write figures and all rows there")
@@ -447,11 +453,14 @@ def main() -> None:
         scene = fresh_scene(cell, seed, arguments.leaning)
         for sensor in sensors:
             in_pairs = arguments.calibrate and arguments.looks > 1
-            rows += rows_of_scene(scene, sensor, arguments.looks, in_pairs)
+            rows += rows_of_scene(scene, sensor, arguments.looks, in_pairs, arguments.deformed)
     found = report(rows)
     if arguments.leaning:
         print("only those that lean:")
         report([row for row in rows if row.lean_deg])
+    if arguments.deformed:
+        print("only those that deform:")
+        report([row for row in rows if row.deforms])
     if arguments.calibrate:
         print_calibration(rows, CLASSES_OF_PAIRS if arguments.looks > 1 else CLASSES)
     if arguments.json is not None:

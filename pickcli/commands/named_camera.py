@@ -33,6 +33,21 @@ def camera_options(function: F) -> F:
     return camera(_at_option(function, "home"))
 
 
+def deformed_option(function: F) -> F:
+    """Give a command the option --deformed.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--deformed", "is_deformed", is_flag=True,
+        help="Show cloth, bags and plush rumpled, inside of their boxes; --textures is the seed.",
+    )(function)  # fmt: skip
+
+
 def camera_or_recording_options(function: F) -> F:
     """Give a command the options --camera NAME and --at CONFIGURATION, or --recorded FILE in their place.
 

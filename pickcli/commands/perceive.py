@@ -19,7 +19,7 @@ from pickcli.commands.camera_pictures import (
 )
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import camera_or_recording_options
+from pickcli.commands.named_camera import camera_or_recording_options, deformed_option
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output, refuse_same, seed_option
 from pickcli.commands.perceived_lines import perceived_lines
@@ -54,6 +54,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
               help="Where to write the colour picture with the answers drawn over it.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True,
               metavar="N", help="Which set of prints the items have; models know set 0.")  # fmt: skip
+@deformed_option
 @arm_option("the preferred one of those that have the configuration")
 @standing_option
 @seed_option
@@ -61,8 +62,8 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 def command(
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, order_path: Path | None,
     name: str | None, at: str | None, recorded: tuple[Path, ...], is_aslant: bool, bin_names: tuple[str, ...],
-    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int, arm: str | None,
-    standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
+    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int,
+    is_deformed: bool, arm: str | None, standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Find the listed items of bins in pictures of a camera.
 
@@ -105,7 +106,7 @@ def command(
         taken = recorded_pictures(scene, recorded)
     else:
         assert name is not None
-        taken = (simulated_picture(scene, name, at or "home", (texture_seed, seed)),)
+        taken = (simulated_picture(scene, name, at or "home", (texture_seed, seed), is_deformed),)
     true = scene
     if pod_path is not None:
         scene = _with_pod(scene, pod_path)
@@ -114,7 +115,7 @@ def command(
     if is_aslant and first.camera.link is None:
         raise InputError(f"camera {first.camera.name}: no arm moves it, so it does not look aslant")
     by_place = {
-        place: (*taken, *aslant_pictures(true, first, place, scene, (texture_seed, seed)))
+        place: (*taken, *aslant_pictures(true, first, place, scene, (texture_seed, seed), is_deformed))
         if is_aslant
         else taken
         for place in places
