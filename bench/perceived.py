@@ -149,6 +149,7 @@ class SeenBin:
     place: Place
     pictures: tuple[tuple[RgbdPicture, RenderedScene], ...]
     rendered: RenderedScene
+    is_deformed: bool = False
 
     @property
     def rgbd(self) -> RgbdPicture:
@@ -194,7 +195,7 @@ def seen_bins(
             pictures.append((RgbdPicture(sensor, T, depth, colour), known))
         at = viewpoints[0].at
         rendered = RenderedScene.of(scene, at.q, at.tool_state, deformed_seed)
-        yield SeenBin(scene, place, tuple(pictures), rendered)
+        yield SeenBin(scene, place, tuple(pictures), rendered, is_deformed)
 
 
 def rows_of_scene(
@@ -202,11 +203,12 @@ def rows_of_scene(
 ) -> Iterator[Row]:
     """All items of all bins, each seen from so many places; or what each two of these looks say of them."""
     for seen in seen_bins(scene, sensor, n_looks, is_deformed):
-        for placed in seen.items:
-            product_model(placed.item)
+        listed = [ListedItem.of(each.id, each.item, is_deformed) for each in seen.items]
+        for one in listed:
+            product_model(one.seen_as)
         start = thread_time()
         leaning = leaning_items(scene)
-        looks = seen.looks([ListedItem(each.id, each.item) for each in seen.items])
+        looks = seen.looks(listed)
         observed = [concluded(each) for each in (combinations(looks, 2) if in_pairs else [looks])]
         ms = 1e3 * (thread_time() - start) / max(len(seen.items), 1)
         visible = [visible_share(seen.rendered, seen.rgbd, placed.id) for placed in seen.items]
@@ -224,7 +226,7 @@ def wrong_lists(scene: Scene, sensor: SensorModel) -> Iterator[tuple[str, bool]]
         {item for (_, year), item in scene.cell.items.items() if year == 2016}, key=lambda i: i.name
     )
     for seen in seen_bins(scene, sensor):
-        listed = [ListedItem(each.id, each.item) for each in seen.items]
+        listed = [ListedItem.of(each.id, each.item, seen.is_deformed) for each in seen.items]
         whole = seen.perceived(listed)
         if not whole.refused:
             yield "right list, something left", bool(whole.unexplained)

@@ -33,19 +33,19 @@ def camera_options(function: F) -> F:
     return camera(_at_option(function, "home"))
 
 
-def deformed_option(function: F) -> F:
-    """Give a command the option --deformed.
+def deformed_option(what: str) -> Callable[[F], F]:
+    """Make the option --deformed.
 
     Args:
-        function: The command.
+        what: What follows from it, for the help.
 
     Returns:
-        The command with the option.
+        Decorator that adds it to a command.
     """
     return click.option(
         "--deformed", "is_deformed", is_flag=True,
-        help="Show cloth, bags and plush rumpled, inside of their boxes; --textures is the seed.",
-    )(function)  # fmt: skip
+        help=f"Cloth, bags and plush look rumpled, inside of their boxes; {what}.",
+    )  # fmt: skip
 
 
 def camera_or_recording_options(function: F) -> F:

@@ -54,7 +54,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
               help="Where to write the colour picture with the answers drawn over it.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True,
               metavar="N", help="Which set of prints the items have; models know set 0.")  # fmt: skip
-@deformed_option
+@deformed_option("and bounds of their poses allow for it")
 @arm_option("the preferred one of those that have the configuration")
 @standing_option
 @seed_option
@@ -101,7 +101,7 @@ def command(
     configurations = () if recorded else (at or "home",)
     arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
     scene = scene_or_empty(scene_path, cell_name, arms)
-    contents = _contents(scene, order_path)
+    contents = _contents(scene, order_path, is_deformed)
     if recorded:
         taken = recorded_pictures(scene, recorded)
     else:
@@ -144,8 +144,8 @@ def command(
         click.echo(f"picture: {picture_path}")
 
 
-def _contents(scene: Scene, order_path: Path | None) -> _Contents:
-    """What is listed to be in each place: by an order, or else as the scene has it."""
+def _contents(scene: Scene, order_path: Path | None, may_deform: bool) -> _Contents:
+    """What is listed to be in each place: by an order, or else as the scene has it; perhaps it deforms."""
     from pickcli.perception.items.item_perception import ListedItem
     from pickcli.random_scenes.make_scene import instances_of
     from pickcli.trial.order_file import read_order
@@ -153,12 +153,19 @@ def _contents(scene: Scene, order_path: Path | None) -> _Contents:
     if order_path is None:
         held = None if scene.held is None else scene.held.id
         return {
-            name: [ListedItem(each.id, each.item) for each in scene.in_location(name) if each.id != held]
+            name: [
+                ListedItem.of(each.id, each.item, may_deform)
+                for each in scene.in_location(name)
+                if each.id != held
+            ]
             for name in scene.cell.places
         }
     order = read_order(order_path, scene.cell)
     listed = instances_of(order.contents, scene.cell, order.year)
-    return {name: [ListedItem(each.id, each.item) for each in items] for name, items in listed.items()}
+    return {
+        name: [ListedItem.of(each.id, each.item, may_deform) for each in items]
+        for name, items in listed.items()
+    }
 
 
 def _with_pod(scene: Scene, path: Path) -> Scene:

@@ -45,7 +45,7 @@ _PNG = (".png",)
               help="Whether depth has the noise of the sensor.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True,
               metavar="N", help="Which set of prints the items have.")  # fmt: skip
-@deformed_option
+@deformed_option("by the seed of --textures")
 @arm_option("the preferred one of those that have the configuration")
 @standing_option
 @seed_option

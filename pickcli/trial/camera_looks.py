@@ -285,7 +285,7 @@ class CameraLooks:
     ) -> _Seen:
         """Find what is listed to be in a place in new pictures of it, beside what was seen before."""
         listed = tuple(
-            ListedItem(item_id, self._products[item_id])
+            ListedItem.of(item_id, self._products[item_id], self._deformed_seed is not None)
             for item_id, places in self._may_be_in.items()
             if name in places
         )
