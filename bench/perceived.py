@@ -56,6 +56,7 @@ from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
 from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
+from pickcli.random_scenes.leaning_items import leaning_items
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
@@ -99,6 +100,8 @@ class Row:
     bound_deg: float | None
     bound_surface_mm: float | None
     is_bound_kept: bool
+    lean_deg: float = 0.0
+    deforms: bool = False
 
     @property
     def is_near(self) -> bool:
@@ -116,9 +119,10 @@ class Row:
         return self.is_answer and self.mm is not None and self.mm > WRONG_MM
 
 
-def fresh_scene(cell: Cell, seed: int) -> Scene:
-    """The bins of an order that nobody has seen, stowed."""
-    return make_scene(make_order(OrderKind.PICK, 2016, seed).bin_contents, cell, seed)
+def fresh_scene(cell: Cell, seed: int, leaning_share: float = 0.0) -> Scene:
+    """The bins of an order that nobody has seen, stowed; of what can lean such a share leans."""
+    contents = make_order(OrderKind.PICK, 2016, seed).bin_contents
+    return make_scene(contents, cell, seed, leaning_share=leaning_share)
 
 
 def visible_share(rendered: RenderedScene, rgbd: RgbdPicture, item_id: str) -> float:
@@ -126,8 +130,7 @@ def visible_share(rendered: RenderedScene, rgbd: RgbdPicture, item_id: str) -> f
     camera, T = rgbd.sensor.camera, rgbd.T_world_camera
 
     def count(solids: RenderedScene) -> int:
-        (index,) = solids.indices_of(item_id)
-        return int((solids.seen_by(camera, T).index == index).sum())
+        return int(np.isin(solids.seen_by(camera, T).index, solids.indices_of(item_id)).sum())
 
     alone = RenderedScene(
         tuple(s for s in rendered.solids if s.kind is not OwnerKind.ITEM or s.owner == item_id)
@@ -146,6 +149,7 @@ class SeenBin:
     place: Place
     pictures: tuple[tuple[RgbdPicture, RenderedScene], ...]
     rendered: RenderedScene
+    is_deformed: bool = False
 
     @property
     def rgbd(self) -> RgbdPicture:
@@ -173,38 +177,46 @@ def from_where(cell: Cell, n_looks: int) -> dict[Place, tuple[Viewpoint, ...]]:
     return {place: viewpoints_of(place, cell)[:n_looks] for place in cell.pod.bins.values()}
 
 
-def seen_bins(scene: Scene, sensor: SensorModel, n_looks: int = 1) -> Iterator[SeenBin]:
-    """All bins, seen from so many places each."""
+def seen_bins(
+    scene: Scene, sensor: SensorModel, n_looks: int = 1, is_deformed: bool = False
+) -> Iterator[SeenBin]:
+    """All bins, seen from so many places each; cloth and bags perhaps rumpled."""
+    deformed_seed = scene.seed if is_deformed else None
     empty = replace(scene, items=())
     for place, viewpoints in from_where(scene.cell, n_looks).items():
         pictures = []
         for k, viewpoint in enumerate(viewpoints):
             at, T = viewpoint.at, viewpoint.T_world_camera
-            rendered = RenderedScene.of(scene, at.q, at.tool_state)
+            rendered = RenderedScene.of(scene, at.q, at.tool_state, deformed_seed)
             seed = derived_seed("look", scene.seed, at.name) if k else scene.seed
             depth = measure_depth(rendered, sensor, T, seed).depth
             colour = colour_picture(rendered, sensor.camera, T, TEXTURES + scene.seed)
             known = RenderedScene.of(empty, at.q, at.tool_state)
             pictures.append((RgbdPicture(sensor, T, depth, colour), known))
         at = viewpoints[0].at
-        yield SeenBin(scene, place, tuple(pictures), RenderedScene.of(scene, at.q, at.tool_state))
+        rendered = RenderedScene.of(scene, at.q, at.tool_state, deformed_seed)
+        yield SeenBin(scene, place, tuple(pictures), rendered, is_deformed)
 
 
 def rows_of_scene(
-    scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False
+    scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False, is_deformed: bool = False
 ) -> Iterator[Row]:
     """All items of all bins, each seen from so many places; or what each two of these looks say of them."""
-    for seen in seen_bins(scene, sensor, n_looks):
-        for placed in seen.items:
-            product_model(placed.item)
+    for seen in seen_bins(scene, sensor, n_looks, is_deformed):
+        listed = [ListedItem.of(each.id, each.item, is_deformed) for each in seen.items]
+        for one in listed:
+            product_model(one.seen_as)
         start = thread_time()
-        looks = seen.looks([ListedItem(each.id, each.item) for each in seen.items])
+        leaning = leaning_items(scene)
+        looks = seen.looks(listed)
         observed = [concluded(each) for each in (combinations(looks, 2) if in_pairs else [looks])]
         ms = 1e3 * (thread_time() - start) / max(len(seen.items), 1)
         visible = [visible_share(seen.rendered, seen.rgbd, placed.id) for placed in seen.items]
         for each in observed:
             for answer, share in zip(each.items, visible, strict=True):
-                yield _row(sensor, (scene.seed, seen.place.name, ms), seen.items, answer, share)
+                row = _row(sensor, (scene.seed, seen.place.name, ms), seen.items, answer, share)
+                lean = float(np.degrees(leaning.get(answer.id, 0.0)))
+                yield replace(row, lean_deg=lean, deforms=answer.item.deformation > 0.0)
 
 
 def wrong_lists(scene: Scene, sensor: SensorModel) -> Iterator[tuple[str, bool]]:
@@ -214,7 +226,7 @@ def wrong_lists(scene: Scene, sensor: SensorModel) -> Iterator[tuple[str, bool]]
         {item for (_, year), item in scene.cell.items.items() if year == 2016}, key=lambda i: i.name
     )
     for seen in seen_bins(scene, sensor):
-        listed = [ListedItem(each.id, each.item) for each in seen.items]
+        listed = [ListedItem.of(each.id, each.item, seen.is_deformed) for each in seen.items]
         whole = seen.perceived(listed)
         if not whole.refused:
             yield "right list, something left", bool(whole.unexplained)
@@ -426,6 +438,8 @@ def main() -> None:
     parser.add_argument("--seeds", default="1000-1005", help="of scenes, e.g. 1000-1005 or 1,2,3")
     parser.add_argument("--sensors", nargs="+", default=list(SENSORS), help="files under data/sensors")
     parser.add_argument("--looks", type=int, default=1, choices=(1, 2, 3), help="into each bin")
+    parser.add_argument("--leaning", type=float, default=0.0, help="share of what can lean that does")
+    parser.add_argument("--deformed", action="store_true", help="cloth, bags and plush look rumpled")
     parser.add_argument("--calibrate", action="store_true", help="also print weights of the confidence")
     parser.add_argument("--lists", action="store_true", help="lists with an item too few, and one too many")
     parser.add_argument("--json", type=Path, help="also write figures and all rows there")
@@ -433,16 +447,22 @@ def main() -> None:
     cell = load_cell("apc2016_delft")
     sensors = [read_sensor(sensor_file(name)) for name in arguments.sensors]
     if arguments.lists:
-        scenes = [fresh_scene(cell, seed) for seed in numbers_in(arguments.seeds)]
+        scenes = [fresh_scene(cell, seed, arguments.leaning) for seed in numbers_in(arguments.seeds)]
         report_lists([said for scene in scenes for sensor in sensors for said in wrong_lists(scene, sensor)])
         return
     rows: list[Row] = []
     for seed in numbers_in(arguments.seeds):
-        scene = fresh_scene(cell, seed)
+        scene = fresh_scene(cell, seed, arguments.leaning)
         for sensor in sensors:
             in_pairs = arguments.calibrate and arguments.looks > 1
-            rows += rows_of_scene(scene, sensor, arguments.looks, in_pairs)
+            rows += rows_of_scene(scene, sensor, arguments.looks, in_pairs, arguments.deformed)
     found = report(rows)
+    if arguments.leaning:
+        print("only those that lean:")
+        report([row for row in rows if row.lean_deg])
+    if arguments.deformed:
+        print("only those that deform:")
+        report([row for row in rows if row.deforms])
     if arguments.calibrate:
         print_calibration(rows, CLASSES_OF_PAIRS if arguments.looks > 1 else CLASSES)
     if arguments.json is not None:

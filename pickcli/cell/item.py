@@ -43,6 +43,7 @@ class Item:
         material: How depth sensors see its surface.
         colour: Red, green, blue of most of it, 0 to 255; None where no file states it.
         is_printed: Whether its faces are printed, or plain.
+        deformation: m by which its surface may be inside of its shape in pictures, as of cloth and bags.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Item:
     material: Material = Material.MATTE
     colour: tuple[int, ...] | None = None
     is_printed: bool = False
+    deformation: float = 0.0
 
     @property
     def heaviest(self) -> float:

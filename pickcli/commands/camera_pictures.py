@@ -96,7 +96,9 @@ def refuse_half(name: str | None, at: str | None, recorded: Sequence[Path]) -> N
         raise click.UsageError("no pictures: name a camera with --camera, or recordings with --recorded")
 
 
-def simulated_picture(scene: Scene, name: str, at: str, seeds: tuple[int, int]) -> CameraPicture:
+def simulated_picture(
+    scene: Scene, name: str, at: str, seeds: tuple[int, int], is_deformed: bool = False
+) -> CameraPicture:
     """Take a picture of a scene.
 
     Args:
@@ -104,6 +106,7 @@ def simulated_picture(scene: Scene, name: str, at: str, seeds: tuple[int, int]) 
         name: Name of the camera.
         at: Configuration of the arm.
         seeds: Of the prints on the items, and of the noise.
+        is_deformed: Whether cloth and bags look other than their boxes.
 
     Returns:
         The picture.
@@ -113,11 +116,16 @@ def simulated_picture(scene: Scene, name: str, at: str, seeds: tuple[int, int]) 
             measured.
     """
     camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
-    return _simulated(scene, (camera, begin), f"camera {name} at {at}", seeds)
+    return _simulated(scene, (camera, begin), f"camera {name} at {at}", seeds, is_deformed)
 
 
 def aslant_pictures(
-    scene: Scene, first: CameraPicture, place: Place, believed: Scene, seeds: tuple[int, int]
+    scene: Scene,
+    first: CameraPicture,
+    place: Place,
+    believed: Scene,
+    seeds: tuple[int, int],
+    is_deformed: bool = False,
 ) -> tuple[CameraPicture, ...]:
     """Take pictures of a place from both sides.
 
@@ -127,6 +135,7 @@ def aslant_pictures(
         place: The place.
         believed: A scene with the place where it is believed to be.
         seeds: Of the prints on the items, and of the noise.
+        is_deformed: Whether cloth and bags look other than their boxes.
 
     Returns:
         The pictures: two, but where the arm would not be clear, or too little would be seen.
@@ -143,13 +152,14 @@ def aslant_pictures(
             (each.camera, replace(first.begin, q=each.at.q)),
             f"{first.where}, {each.at.name}",
             (seeds[0], derived_seed("look", seeds[1], each.at.name)),
+            is_deformed,
         )
         for each in aslant_viewpoints(viewpoint, place, believed)
     )
 
 
 def _simulated(
-    scene: Scene, by: tuple[MountedCamera, Start], where: str, seeds: tuple[int, int]
+    scene: Scene, by: tuple[MountedCamera, Start], where: str, seeds: tuple[int, int], is_deformed: bool
 ) -> CameraPicture:
     """A picture of a scene by a camera in a configuration of the arm."""
     import numpy as np
@@ -168,7 +178,7 @@ def _simulated(
         )
     with stage("rendering"):
         T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
-        rendered = RenderedScene.of(scene, begin.q, begin.tool_state)
+        rendered = RenderedScene.of(scene, begin.q, begin.tool_state, seeds[0] if is_deformed else None)
         depth = measure_depth(rendered, model, T_world_camera, seeds[1]).depth
         if not np.isfinite(depth).any():
             raise InputError(

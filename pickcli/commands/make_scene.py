@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ from click.core import ParameterSource
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, refuse_suffix
+from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
 from pickcli.commands.options import (
     cell_option,
     items_option,
@@ -42,6 +43,10 @@ NEWEST = 2016  # year of items that no order names
     "--in", "stated", metavar="PLACE=ITEM[,ITEM]", multiple=True,
     help="Items in a place, besides those of the order; may be repeated.",
 )  # fmt: skip
+@click.option(
+    "--leaning", "leaning_share", type=FiniteRange(0.0, 1.0), metavar="SHARE", default=0.0,
+    help="Share of the items that lean on walls and each other, of those in bins that can.",
+)  # fmt: skip
 @output_option("scene")
 @click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the places.")
 @click.option("--perceived", type=PATH, metavar="FILE.json",
@@ -55,6 +60,7 @@ NEWEST = 2016  # year of items that no order names
 def command(
     order_path: Path | None,
     stated: tuple[str, ...],
+    leaning_share: float,
     output: Path,
     overwrite: bool,
     picture: Path | None,
@@ -109,12 +115,13 @@ def command(
     if picture is not None:
         refuse_suffix(picture, (".png",), "a picture")
 
+    from pickcli.random_scenes.leaning_items import leaning_items
     from pickcli.random_scenes.make_scene import make_scene, refuse_too_much
 
     where = "--in" if order_path is None else str(order_path)
     refuse_too_much(contents, cell, year, where)
     with stage("placing of the items"), progress("settling") as report, of_file(Path(where)):
-        scene = make_scene(contents, cell, seed, year, report, T_world_pod)
+        scene = make_scene(contents, cell, seed, year, report, T_world_pod, leaning_share)
     write_scene(scene, output, overwrite)
     if perceived is not None:
         write_scene(_perceived(scene, pose_noise, seed), perceived, overwrite)
@@ -123,18 +130,21 @@ def command(
         from pickcli.simulation.camera import picture_of
 
         write_png(picture_of(scene), picture, overwrite)
+    leaning = leaning_items(scene)
     names = {name: [placed.id for placed in scene.in_location(name)] for name in contents}
     if as_json:
         bins = {name: names.get(name, []) for name in (*cell.pod.bins, *names)}
         others = {"perceived": perceived, "picture": picture}
         emit_json({
             "path": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins,
+            "leaning": {name: round(degrees(angle), 2) for name, angle in leaning.items()},
             **{name: None if path is None else str(path) for name, path in others.items()},
         })  # fmt: skip
     else:
         n, m = len(scene.items), len(names)
         what = f"{'bin' if set(names) <= set(cell.pod.bins) else 'place'}{'s' * (m != 1)}"
-        click.echo(f"{n} item{'s' * (n != 1)} at rest in {m} {what}, seed {seed}: {output}")
+        lean = f", {len(leaning)} of them leaning" if leaning_share else ""
+        click.echo(f"{n} item{'s' * (n != 1)} at rest in {m} {what}{lean}, seed {seed}: {output}")
         if perceived is not None:
             click.echo(f"perceived scene: {perceived}")
         if picture is not None:

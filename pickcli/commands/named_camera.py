@@ -46,6 +46,21 @@ def optional_camera_options(function: F) -> F:
     return camera(_at_option(function, None))
 
 
+def deformed_option(what: str) -> Callable[[F], F]:
+    """Make the option --deformed.
+
+    Args:
+        what: What follows from it, for the help.
+
+    Returns:
+        Decorator that adds it to a command.
+    """
+    return click.option(
+        "--deformed", "is_deformed", is_flag=True,
+        help=f"Cloth, bags and plush look rumpled, inside of their boxes; {what}.",
+    )  # fmt: skip
+
+
 def camera_or_recording_options(function: F) -> F:
     """Give a command the options --camera NAME and --at CONFIGURATION, or --recorded FILE in their place.
 

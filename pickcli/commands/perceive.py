@@ -19,7 +19,7 @@ from pickcli.commands.camera_pictures import (
 )
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import camera_or_recording_options
+from pickcli.commands.named_camera import camera_or_recording_options, deformed_option
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     json_option,
@@ -61,6 +61,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
               help="Where to write the colour picture with the answers drawn over it.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True,
               metavar="N", help="Which set of prints the items have; models know set 0.")  # fmt: skip
+@deformed_option("and bounds of their poses allow for it")
 @arm_option("the preferred one of those that have the configuration")
 @standing_option
 @seed_option
@@ -68,8 +69,8 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 def command(
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, order_path: Path | None,
     name: str | None, at: str | None, recorded: tuple[Path, ...], is_aslant: bool, bin_names: tuple[str, ...],
-    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int, arm: str | None,
-    standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
+    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int,
+    is_deformed: bool, arm: str | None, standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Find the listed items of bins in pictures of a camera.
 
@@ -107,14 +108,14 @@ def command(
     configurations = () if recorded else (at or "home",)
     arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
     scene = scene_or_empty(scene_path, cell_name, arms)
-    contents = _contents(scene, order_path)
+    contents = _contents(scene, order_path, is_deformed)
     if recorded:
         taken = recorded_pictures(scene, recorded)
         for path in filter(None, (output, picture_path)):
             refuse_reading(path, *(file for each in taken for file in each.files))
     else:
         assert name is not None
-        taken = (simulated_picture(scene, name, at or "home", (texture_seed, seed)),)
+        taken = (simulated_picture(scene, name, at or "home", (texture_seed, seed), is_deformed),)
     true = scene
     if pod_path is not None:
         scene = _with_pod(scene, pod_path)
@@ -123,7 +124,7 @@ def command(
     if is_aslant and first.camera.link is None:
         raise InputError(f"camera {first.camera.name}: no arm moves it, so it does not look aslant")
     by_place = {
-        place: (*taken, *aslant_pictures(true, first, place, scene, (texture_seed, seed)))
+        place: (*taken, *aslant_pictures(true, first, place, scene, (texture_seed, seed), is_deformed))
         if is_aslant
         else taken
         for place in places
@@ -152,8 +153,8 @@ def command(
         click.echo(f"picture: {picture_path}")
 
 
-def _contents(scene: Scene, order_path: Path | None) -> _Contents:
-    """What is listed to be in each place: by an order, or else as the scene has it."""
+def _contents(scene: Scene, order_path: Path | None, may_deform: bool) -> _Contents:
+    """What is listed to be in each place: by an order, or else as the scene has it; perhaps it deforms."""
     from pickcli.perception.items.item_perception import ListedItem
     from pickcli.random_scenes.make_scene import instances_of
     from pickcli.trial.order_file import read_order
@@ -161,12 +162,19 @@ def _contents(scene: Scene, order_path: Path | None) -> _Contents:
     if order_path is None:
         held = None if scene.held is None else scene.held.id
         return {
-            name: [ListedItem(each.id, each.item) for each in scene.in_location(name) if each.id != held]
+            name: [
+                ListedItem.of(each.id, each.item, may_deform)
+                for each in scene.in_location(name)
+                if each.id != held
+            ]
             for name in scene.cell.places
         }
     order = read_order(order_path, scene.cell)
     listed = instances_of(order.contents, scene.cell, order.year)
-    return {name: [ListedItem(each.id, each.item) for each in items] for name, items in listed.items()}
+    return {
+        name: [ListedItem.of(each.id, each.item, may_deform) for each in items]
+        for name, items in listed.items()
+    }
 
 
 def _with_pod(scene: Scene, path: Path) -> Scene:

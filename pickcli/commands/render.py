@@ -11,7 +11,7 @@ from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.configuration_option import parse_start
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import camera_options, named_camera
+from pickcli.commands.named_camera import camera_options, deformed_option, named_camera
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     json_option,
@@ -45,6 +45,7 @@ _PNG = (".png",)
               help="Whether depth has the noise of the sensor.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True,
               metavar="N", help="Which set of prints the items have.")  # fmt: skip
+@deformed_option("by the seed of --textures")
 @arm_option("the preferred one of those that have the configuration")
 @standing_option
 @seed_option
@@ -52,8 +53,8 @@ _PNG = (".png",)
 @json_option
 def command(
     scene_path: Path, cell_name: str | None, items_path: Path | None, name: str, at: str, output: Path | None,
-    depth_path: Path | None, recording_path: Path | None, is_noisy: bool, texture_seed: int, arm: str | None,
-    standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
+    depth_path: Path | None, recording_path: Path | None, is_noisy: bool, texture_seed: int,
+    is_deformed: bool, arm: str | None, standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Render what a camera of the cell sees of a scene.
 
@@ -91,7 +92,7 @@ def command(
     scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path, camera=name))
     camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
     T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
-    rendered = RenderedScene.of(scene, begin.q, begin.tool_state)
+    rendered = RenderedScene.of(scene, begin.q, begin.tool_state, texture_seed if is_deformed else None)
     view = rendered.seen_by(camera.model.camera, T_world_camera)
     depth = None if depth_path is None else _depth(rendered, camera, view, seed if is_noisy else None)
     with stage("rendering"):
@@ -140,18 +141,24 @@ def _depth(
 def _summary(
     rendered: RenderedScene, camera: MountedCamera, view: SurfaceView, depth: DepthPicture | None
 ) -> dict[str, Any]:
+    from collections import Counter
+
     import numpy as np
 
     from pickcli.perception.rendered_scene import OwnerKind
 
     counts = np.bincount(view.index[view.index >= 0], minlength=len(rendered.solids)).tolist()
     solids = zip(rendered.solids, counts, strict=True)
+    pixels = Counter[str]()
+    for each, n in solids:
+        if each.kind is OwnerKind.ITEM and n > 0:
+            pixels[each.owner] += n
     return {
         "camera": camera.name,
         "sensor": camera.model.name,
         "size": [view.camera.width, view.camera.height],
         "K": view.camera.K.tolist(),
         "T_world_camera": view.T_world_camera.tolist(),
-        "items": {each.owner: n for each, n in solids if each.kind is OwnerKind.ITEM and n > 0},
+        "items": dict(pixels),
         "measured_share": None if depth is None else float(np.isfinite(depth.depth).mean()),
     }

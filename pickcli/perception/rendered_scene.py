@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 
@@ -20,6 +20,7 @@ from pickcli.geometry import Array
 from pickcli.kernel import RaycastingScene, SolidKind
 from pickcli.kinematics.arm import Arm
 from pickcli.perception.camera_pose import link_poses
+from pickcli.perception.deformed_look import deformed_pieces
 from pickcli.perception.surface_view import SurfaceView
 from pickcli.scene.scene import Scene
 
@@ -50,6 +51,7 @@ class RenderedSolid:
         shape: The shape.
         T_world_shape: (4, 4) pose.
         item: The product, None for other solids.
+        planes: (P, 4) that cut the shape, normal and offset; those of its own faces are not among them.
     """
 
     kind: OwnerKind
@@ -57,6 +59,7 @@ class RenderedSolid:
     shape: Shape
     T_world_shape: Array
     item: Item | None = None
+    planes: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +73,9 @@ class RenderedScene:
     solids: tuple[RenderedSolid, ...]
 
     @classmethod
-    def of(cls, scene: Scene, q: Array, tool_state: ToolState) -> RenderedScene:
+    def of(
+        cls, scene: Scene, q: Array, tool_state: ToolState, deformed_seed: int | None = None
+    ) -> RenderedScene:
         """Take the solids of a scene.
 
         A cloud is left out: its points are what another sensor saw, and no surfaces. So is unknown space.
@@ -79,18 +84,20 @@ class RenderedScene:
             scene: The scene.
             q: (n,) configuration of the arm, rad or m; other arms stand as the cell says.
             tool_state: State of its tool.
+            deformed_seed: Seed of what items look like that deform; None to show the boxes of all.
 
         Returns:
-            The solids.
+            The solids; of an item that is shown deformed several pieces.
         """
-        return cls(
-            (*_items(scene, q, tool_state), *_carriers(scene), *_links(scene.cell.robot, q, tool_state))
-        )
+        items = _items(scene, q, tool_state)
+        if deformed_seed is not None:
+            items = (piece for solid in items for piece in _deformed(solid, deformed_seed))
+        return cls((*items, *_carriers(scene), *_links(scene.cell.robot, q, tool_state)))
 
     @cached_property
     def kernel(self) -> RaycastingScene:
         """The solids in the kernel."""
-        planes = [_planes(solid.shape) for solid in self.solids]
+        planes = [_planes(solid.shape) if solid.planes is None else solid.planes for solid in self.solids]
         return RaycastingScene(
             np.array([solid.T_world_shape for solid in self.solids]).reshape(-1, 4, 4),
             np.array([solid.shape.extents / 2 for solid in self.solids]).reshape(-1, 3),
@@ -134,6 +141,15 @@ def _items(scene: Scene, q: Array, tool_state: ToolState) -> Iterator[RenderedSo
     if held is not None:
         T_world_item = Arm(scene.cell.robot).tip(q, tool_state) @ held.T_tip_item
         yield RenderedSolid(OwnerKind.ITEM, held.id, held.item.shape, T_world_item, held.item)
+
+
+def _deformed(solid: RenderedSolid, seed: int) -> Iterator[RenderedSolid]:
+    """The pieces of an item that deforms, or the solid as it is."""
+    if solid.item is None or not solid.item.deformation:
+        yield solid
+        return
+    for planes in deformed_pieces(solid.item, seed, solid.owner):
+        yield replace(solid, planes=planes)
 
 
 def _carriers(scene: Scene) -> Iterator[RenderedSolid]:

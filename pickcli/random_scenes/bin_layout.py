@@ -6,12 +6,14 @@ if the result is bad.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pickcli.cell.item import Item
+from pickcli.random_scenes.bin_packings import NONE_LEANS
+from pickcli.random_scenes.leaning_placements import LeanKind
 from pickcli.random_scenes.packing_search import fill
 from pickcli.scene.scene import PlacedItem, Scene
 
@@ -38,6 +40,7 @@ def lay_out(
     seed: int,
     may_raise: bool = False,
     tell: Callable[[], None] = lambda: None,
+    leaning: Mapping[int, Sequence[LeanKind]] = NONE_LEANS,
 ) -> list[tuple[PlacedItem, ...]]:
     """Compute layouts of a bin's contents, slightly above their resting poses.
 
@@ -48,13 +51,14 @@ def lay_out(
         seed: Seed of all random choices.
         may_raise: Whether items may be higher than the mouth, inserted lying and tilted up inside.
         tell: Called before every step of the search.
+        leaning: Indices of the items that are to lean, each with how it may.
 
     Returns:
         Layouts, the best first; empty if the contents do not fit.
     """
     cell_bin = scene.cell.places[bin_name]
     items = [entry.item for entry in contents]
-    packings = fill(cell_bin, items, np.random.default_rng(seed), may_raise, tell)
+    packings = fill(cell_bin, items, np.random.default_rng(seed), may_raise, tell, leaning)
     T_world_bin = scene.T_world_place(cell_bin)
     full = np.flatnonzero(packings.is_full())
     best = full[np.argsort(packings.cost[full], kind="stable")][:N_LAYOUTS]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,10 @@ from pickcli.geometry import Array
 from pickcli.random_scenes.box_arrays import Bools, BoxArrays, lies_on
 from pickcli.random_scenes.crowding_cost import crowding
 from pickcli.random_scenes.extraction_access import have_way_out
-from pickcli.random_scenes.placement_sampling import Placements, from_corner, random_placements
+from pickcli.random_scenes.leaning_placements import LeanKind, leaning_placements
+from pickcli.random_scenes.placement_sampling import Indices, Placements, from_corner, random_placements
 
-Indices: TypeAlias = NDArray[np.intp]
-
+NONE_LEANS: Mapping[int, Sequence[LeanKind]] = MappingProxyType({})
 N_SPOTS = 6  # placements drawn per move in each packing
 BLOCKED = 8.0  # cost of an item that cannot be extracted
 OUTSIDE_COST = 1000.0  # cost of an item that is not in the bin yet
@@ -37,6 +38,7 @@ class BinPackings:
         cost: (F,) of the placements, and of order and access.
         is_cramming: (F,) whether only space is saved, until all items are in.
         may_raise: Whether items may be higher than the mouth.
+        leaning: Indices of the items that are to lean, each with how it may.
     """
 
     cell_bin: Place
@@ -45,9 +47,17 @@ class BinPackings:
     cost: Array
     is_cramming: Bools
     may_raise: bool
+    leaning: Mapping[int, Sequence[LeanKind]]
 
     @classmethod
-    def empty(cls, cell_bin: Place, items: Sequence[Item], n: int, may_raise: bool) -> BinPackings:
+    def empty(
+        cls,
+        cell_bin: Place,
+        items: Sequence[Item],
+        n: int,
+        may_raise: bool,
+        leaning: Mapping[int, Sequence[LeanKind]] = NONE_LEANS,
+    ) -> BinPackings:
         """Create packings with all items outside.
 
         Every other packing starts with regard to order, the rest by cramming.
@@ -57,6 +67,7 @@ class BinPackings:
             items: The items.
             n: Number of packings.
             may_raise: Whether items may be higher than the mouth.
+            leaning: Indices of the items that are to lean, each with how it may.
 
         Returns:
             The packings.
@@ -65,9 +76,9 @@ class BinPackings:
         low, high = (np.tile(corner, (*shape, 1)) for corner in WAITING_BOX)
         lying = Placements(
             np.zeros((*shape, 3, 3)), low.copy(), BoxArrays(low, high), np.zeros(shape),
-            np.zeros(shape, bool), np.full(shape, OUTSIDE_COST),
+            np.zeros(shape, bool), np.full(shape, OUTSIDE_COST), np.full(shape, -1, dtype=np.intp),
         )  # fmt: skip
-        return cls(cell_bin, items, lying, np.full(n, np.inf), np.arange(n) % 2 == 1, may_raise)
+        return cls(cell_bin, items, lying, np.full(n, np.inf), np.arange(n) % 2 == 1, may_raise, leaning)
 
     def holds(self, k: int) -> Bools:
         """Whether each packing contains an item.
@@ -111,9 +122,12 @@ class BinPackings:
         """
         of = np.repeat(np.arange(len(self.cost)), N_SPOTS)
         there = self._without(k, of)
-        spots = random_placements(
-            self.cell_bin, self.items[k], there, self.is_cramming[of], self.may_raise, rng
-        )
+        if k in self.leaning:
+            spots = leaning_placements(self.cell_bin, self.items, k, there, self.leaning[k], rng)
+        else:
+            spots = random_placements(
+                self.cell_bin, self.items[k], there, self.is_cramming[of], self.may_raise, rng
+            )
         own = there.own.sum(axis=1) - there.own[:, k] + spots.own
         own[self._carries(k)[of]] = np.inf
         limit = self.cost + tolerance * rng.exponential(size=len(self.cost))
@@ -146,13 +160,14 @@ class BinPackings:
         lying = self.lying
         boxes = lying.boxes[of].replaced(k, BoxArrays(*WAITING_BOX))
         return Placements(
-            lying.R[of], lying.centre[of], boxes, lying.pitch[of], lying.is_level[of], lying.own[of]
-        )
+            lying.R[of], lying.centre[of], boxes, lying.pitch[of], lying.is_level[of], lying.own[of],
+            lying.leans_on[of],
+        )  # fmt: skip
 
     def _carries(self, k: int) -> Bools:
-        """Whether something lies on item k in each packing (F,)."""
+        """Whether something lies or leans on item k in each packing (F,)."""
         boxes = self.lying.boxes
-        return np.asarray(lies_on(boxes, boxes[:, k : k + 1]).any(axis=1))
+        return np.asarray((lies_on(boxes, boxes[:, k : k + 1]) | (self.lying.leans_on == k)).any(axis=1))
 
     def _costs(self, boxes: BoxArrays, own: Array, is_cramming: Bools, limit: Array) -> Array:
         """Cost of rows of boxes; access is checked only in rows that are below their limit otherwise."""
@@ -165,4 +180,6 @@ class BinPackings:
 
 def _parts(lying: Placements) -> tuple[NDArray[Any], ...]:
     boxes = lying.boxes
-    return lying.R, lying.centre, boxes.low, boxes.high, lying.pitch, lying.is_level, lying.own
+    return (
+        lying.R, lying.centre, boxes.low, boxes.high, lying.pitch, lying.is_level, lying.own, lying.leans_on,
+    )  # fmt: skip

@@ -18,6 +18,8 @@ from pickcli.geometry import Array
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.random_scenes.bin_layout import ItemInstance, lay_out
 from pickcli.random_scenes.heap import lay_heap
+from pickcli.random_scenes.leaning_items import drawn_to_lean, leans
+from pickcli.random_scenes.leaning_placements import LeanKind
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.simulation.settle import settle
@@ -27,6 +29,7 @@ N_RAISING = 10  # further attempts, with items tilted up inside
 # largest number of items for which all attempts are made: the cost of each grows with its cube
 MAX_ITEMS_OF_ALL_ATTEMPTS = 12
 MAX_ITEMS = 30  # items of one place; this number takes a minute of search
+N_LEANING = 3  # attempts at a bin with the same items leaning
 N_HEAPS = 30  # attempts at a place open above
 
 
@@ -37,6 +40,7 @@ def make_scene(
     year: int = 2016,
     on_progress: ProgressObserver = nobody,
     T_world_pod: Array | None = None,
+    leaning_share: float = 0.0,
 ) -> Scene:
     """Place items at rest and without overlap.
 
@@ -47,12 +51,14 @@ def make_scene(
         year: Year of the figures of items that occur in two years.
         on_progress: Called with the number of finished bins and the name of the next, also during a search.
         T_world_pod: (4, 4) pose of the pod; its nominal pose if None.
+        leaning_share: Share, 0 to 1, of the items that are to lean, of those in bins that can.
 
     Returns:
         The scene.
 
     Raises:
-        InputError: The items of a bin do not fit; the message names the bin and the reason.
+        InputError: The items of a bin do not fit; the message names the bin and the reason. Or the share is
+            none.
         UnknownNameError: A name is not an item or place of the cell.
     """
     for name, names in bin_contents.items():
@@ -60,11 +66,13 @@ def make_scene(
             raise UnknownNameError("place", name, list(cell.places))
         if isinstance(names, str):
             raise InputError(f"{name}: expected a list of items, got {names!r}; put it into one")
+    if not 0.0 <= leaning_share <= 1.0:
+        raise InputError(f"leaning_share: {leaning_share} is no share; give a number from 0 to 1")
     empty = Scene(cell, cell.T_world_pod if T_world_pod is None else T_world_pod, (), PoseNoise(), seed)
     items: list[PlacedItem] = []
     for done, (bin_name, contents) in enumerate(instances_of(bin_contents, cell, year).items()):
         tell = partial(on_progress, Progress(done, len(bin_contents), bin_name))
-        items.extend(fill_bin(empty, bin_name, contents, seed, tell))
+        items.extend(fill_bin(empty, bin_name, contents, seed, tell, leaning_share))
     return replace(empty, items=tuple(items))
 
 
@@ -97,6 +105,7 @@ def fill_bin(
     contents: Sequence[ItemInstance],
     seed: int,
     tell: Callable[[], None] = lambda: None,
+    leaning_share: float = 0.0,
 ) -> tuple[PlacedItem, ...]:
     """Place the contents of one bin, or other place, at rest.
 
@@ -106,6 +115,8 @@ def fill_bin(
         contents: Items to be placed.
         seed: Seed of all random choices.
         tell: Called before every step.
+        leaning_share: Share, 0 to 1, of the items that are to lean, of those that can if the place is a bin.
+            Where not all of them find room so, the others stand or lie.
 
     Returns:
         The items in their places.
@@ -118,6 +129,9 @@ def fill_bin(
         return ()
     if too_much := _too_much(scene.cell, bin_name, [entry.item for entry in contents]):
         raise InputError(too_much)
+    for leaning in drawn_to_lean(scene.cell.places[bin_name], contents, seed, leaning_share):
+        if (leant := _leant(scene, bin_name, contents, seed, leaning, tell)) is not None:
+            return leant
     reason = Reason("no room for all of them at once")
     for layout in _layouts(scene, bin_name, contents, seed, tell):
         tell()
@@ -129,6 +143,29 @@ def fill_bin(
         f"{bin_name}: its {len(contents)} items do not fit at rest (last: {reason}); "
         "take another seed or put fewer items there"
     )
+
+
+def _leant(
+    scene: Scene,
+    bin_name: str,
+    contents: Sequence[ItemInstance],
+    seed: int,
+    leaning: Mapping[int, Sequence[LeanKind]],
+    tell: Callable[[], None],
+) -> tuple[PlacedItem, ...] | None:
+    """The contents of a bin at rest, with some of them leaning; None if no layout stays so."""
+    place = scene.cell.places[bin_name]
+    for attempt in range(N_LEANING):
+        key = derived_seed("leaning layout", seed, bin_name, attempt, *sorted(leaning))
+        layouts = lay_out(scene, bin_name, contents, key, tell=tell, leaning=leaning)
+        if not layouts:
+            break
+        for layout in layouts:
+            tell()
+            rested = settle(scene, layout)
+            if not isinstance(rested, Reason) and all(leans(scene, place, rested[k]) for k in leaning):
+                return rested
+    return None
 
 
 def _layouts(

@@ -6,13 +6,15 @@ a time, at first also with increasing cost; from time to time the worst are repl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
-from pickcli.random_scenes.bin_packings import BinPackings
+from pickcli.random_scenes.bin_packings import NONE_LEANS, BinPackings
+from pickcli.random_scenes.leaning_placements import LeanKind
 
 N_PACKINGS = 16
 N_ROUNDS = 4  # largest number of attempts to insert all items
@@ -32,6 +34,7 @@ def fill(
     rng: np.random.Generator,
     may_raise: bool = False,
     tell: Callable[[], None] = lambda: None,
+    leaning: Mapping[int, Sequence[LeanKind]] = NONE_LEANS,
 ) -> BinPackings:
     """Search packings of a bin.
 
@@ -41,11 +44,13 @@ def fill(
         rng: Source of random numbers.
         may_raise: Whether items may be higher than the mouth, inserted lying and tilted up inside.
         tell: Called before every step of the search.
+        leaning: Indices of the items that are to lean, each with how it may.
 
     Returns:
         Packings, unordered; some may lack items that did not fit.
     """
-    packings = _all_in(cell_bin, items, may_raise, rng, tell)
+    empty = partial(BinPackings.empty, cell_bin, items, N_PACKINGS, may_raise, leaning)
+    packings = _all_in(empty, rng, tell)
     n_moves = N_MOVES * len(items) if packings.is_full().any() else 0
     for k in range(n_moves):
         tell()
@@ -60,16 +65,12 @@ def fill(
 
 
 def _all_in(
-    cell_bin: Place,
-    items: Sequence[Item],
-    may_raise: bool,
-    rng: np.random.Generator,
-    tell: Callable[[], None],
+    empty: Callable[[], BinPackings], rng: np.random.Generator, tell: Callable[[], None]
 ) -> BinPackings:
-    """Restart packings, up to ``N_ROUNDS`` times, until one contains all items."""
+    """Restart from empty packings, up to ``N_ROUNDS`` times, until one contains all items."""
     for _ in range(N_ROUNDS):
-        packings = BinPackings.empty(cell_bin, items, N_PACKINGS, may_raise)
-        order = _large_first(items, rng)
+        packings = empty()
+        order = _large_first(packings, rng)
         for done, k in enumerate(order):
             _put_in(packings, k, order[:done], rng, tell)
         if packings.is_full().any():
@@ -77,10 +78,11 @@ def _all_in(
     return packings
 
 
-def _large_first(items: Sequence[Item], rng: np.random.Generator) -> list[int]:
-    """Indices of the items, approximately from the largest to the smallest."""
+def _large_first(packings: BinPackings, rng: np.random.Generator) -> list[int]:
+    """Indices of the items, approximately from the largest to the smallest; those that are to lean last."""
+    items = packings.items
     sizes = [float(np.log(item.shape.volume)) + rng.normal(0.0, VOLUME_SPREAD) for item in items]
-    return sorted(range(len(items)), key=lambda k: -sizes[k])
+    return sorted(range(len(items)), key=lambda k: (k in packings.leaning, -sizes[k]))
 
 
 def _put_in(

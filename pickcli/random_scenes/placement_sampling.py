@@ -7,14 +7,18 @@ do not overlap, neither do the items.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.geometry import Array
 from pickcli.random_scenes.box_arrays import Bools, BoxArrays, gap
 from pickcli.random_scenes.stable_poses import stable_poses
+
+Indices: TypeAlias = NDArray[np.intp]
 
 FRONT = 0.020  # m kept free behind the mouth: lips are up to 20 mm deep
 GAPS = (0.003, 0.028)  # m between neighbours and to walls
@@ -47,6 +51,7 @@ class Placements:
         pitch: (...) rad, slope of the supporting surface.
         is_level: (...) whether others can lie on them.
         own: (...) cost of the pose itself, infinite if impossible.
+        leans_on: (...) index of the item that it leans on, -1 if it leans on none.
     """
 
     R: Array
@@ -55,6 +60,7 @@ class Placements:
     pitch: Array
     is_level: Bools
     own: Array
+    leans_on: Indices
 
 
 def random_placements(
@@ -81,11 +87,11 @@ def random_placements(
     on_edge = np.array([kind.is_on_edge for kind in kinds])[pick]
     quarter = rng.integers(4, size=n)
     askew = np.clip(rng.normal(0.0, SPREAD, n), -2 * SPREAD, 2 * SPREAD) * ~(can_roll | is_snug)
-    R = _about_z(quarter * np.pi / 2 + askew) @ np.array([kind.R_up_item for kind in kinds])[pick]
+    R = about_z(quarter * np.pi / 2 + askew) @ np.array([kind.R_up_item for kind in kinds])[pick]
     half = item.shape.reach(R)[:, :2]
     middle = _middles(cell_bin, half, there.boxes, is_snug, rng)
     base, pitch, own = _rest(cell_bin, middle, half, there)
-    R = _about_y(pitch) @ R
+    R = about_y(pitch) @ R
     up = np.stack([np.sin(pitch), np.zeros(n), np.cos(pitch)], axis=1)
     centre = np.column_stack([middle, base + DROP]) + height[:, None] / 2 * up
     reach = item.shape.reach(R)
@@ -101,7 +107,8 @@ def random_placements(
     possible &= ~on_edge | ((own == 0.0) & _is_leaning(cell_bin, boxes, is_across))
     own = own + UPRIGHT * (height > height.min()) + ON_EDGE * on_edge
     is_level = np.array([kind.is_level for kind in kinds])[pick]
-    return Placements(R, centre, boxes, pitch, is_level, np.where(possible, own, np.inf))
+    own = np.where(possible, own, np.inf)
+    return Placements(R, centre, boxes, pitch, is_level, own, np.full(n, -1, dtype=np.intp))
 
 
 def from_corner(cell_bin: Place, boxes: BoxArrays) -> Array:
@@ -201,16 +208,30 @@ def _is_leaning(cell_bin: Place, boxes: BoxArrays, is_across: Bools) -> Bools:
     return np.asarray(np.where(is_across, upper[0] - boxes.high[:, 0], to_side) <= MAX_LEAN_DISTANCE)
 
 
-def _about_z(angle: Array) -> Array:
-    """Rotations (N, 3, 3) about the vertical."""
+def about_z(angle: Array) -> Array:
+    """Compute rotations about the vertical.
+
+    Args:
+        angle: (N,) rad.
+
+    Returns:
+        (N, 3, 3).
+    """
     R = np.zeros((len(angle), 3, 3))
     R[:, 0, 0] = R[:, 1, 1] = np.cos(angle)
     R[:, 1, 0], R[:, 0, 1], R[:, 2, 2] = np.sin(angle), -np.sin(angle), 1.0
     return R
 
 
-def _about_y(angle: Array) -> Array:
-    """Pitch rotations (N, 3, 3), positive downwards towards the back."""
+def about_y(angle: Array) -> Array:
+    """Compute pitch rotations, positive downwards towards the back.
+
+    Args:
+        angle: (N,) rad.
+
+    Returns:
+        (N, 3, 3).
+    """
     R = np.zeros((len(angle), 3, 3))
     R[:, 0, 0] = R[:, 2, 2] = np.cos(angle)
     R[:, 0, 2], R[:, 2, 0], R[:, 1, 1] = np.sin(angle), -np.sin(angle), 1.0

@@ -59,7 +59,7 @@ def _stance(item: Item, up: int) -> StablePose | None:
         return None  # equivalent to its x axis
     if shape.kind is ShapeKind.CYLINDER and up == 0 and shape.extents[2] < shape.extents[0]:
         return None  # a disc rolls away on its rim
-    R = _upwards(shape, up)
+    R = upwards(shape, up)
     _, y, height = np.abs(R) @ shape.extents
     slenderness = y / height
     is_on_edge = slenderness < FREE_SLENDERNESS
@@ -69,8 +69,16 @@ def _stance(item: Item, up: int) -> StablePose | None:
     return StablePose(R, float(height), not is_round, bool(is_on_edge), is_round)
 
 
-def _upwards(shape: Shape, up: int) -> Array:
-    """Rotation that turns ``up`` upwards and the longer of the other sides along x."""
+def upwards(shape: Shape, up: int) -> Array:
+    """Compute the rotation that turns an axis upwards and the longer of the other sides along x.
+
+    Args:
+        shape: The shape.
+        up: Index of its axis.
+
+    Returns:
+        (3, 3).
+    """
     a, b = (axis for axis in range(3) if axis != up)
     long, short = (a, b) if shape.extents[a] >= shape.extents[b] else (b, a)
     R = np.zeros((3, 3))

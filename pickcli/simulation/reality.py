@@ -51,6 +51,8 @@ class Reality:
         supervision: Whether following error, contact and vacuum are supervised and stop the motion.
         damage_limits: Whether forces beyond the limits of items or the shelf count as damage in the score.
         operator_stop_share: Share of the motions that the operator stops once, at a random time, and resumes.
+        deformed_looks: Whether cameras see cloth and bags rumpled, inside of the boxes that physics has.
+        leaning_share: Share of the items that lean on walls and each other, of those in bins that can.
     """
 
     pose_outlier_share: Share = 0.02
@@ -67,6 +69,8 @@ class Reality:
     supervision: Switch = True
     damage_limits: Switch = True
     operator_stop_share: Share = 0.0
+    leaning_share: Share = 0.0
+    deformed_looks: Switch = False
 
     def as_dict(self) -> dict[str, Any]:
         """Return all levels by name, as in files and in trial.json.

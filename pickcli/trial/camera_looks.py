@@ -94,15 +94,17 @@ class CameraLooks:
         true: The true scene at the start, for what the order says of the contents of places.
         around: Perception of all that no camera looks into: places open above, and the pod until it is seen.
         hand_eye: Whether cameras are off their stated poses, within the bounds of the cell.
+        deformed: Whether cloth and bags look other than their boxes.
 
     Raises:
         InputError: No camera sees enough of a place.
     """
 
-    def __init__(self, true: Scene, around: BoundedErrors, hand_eye: bool) -> None:
+    def __init__(self, true: Scene, around: BoundedErrors, hand_eye: bool, deformed: bool = False) -> None:
         cell = true.cell
         self._cell, self._around, self._seed = cell, around, around.seed
         self._hand_eye = hand_eye
+        self._deformed_seed = derived_seed("deformed looks", around.seed) if deformed else None
         self._viewpoints = {
             name: viewpoints_of(place, cell)
             for name, place in cell.places.items()
@@ -274,7 +276,7 @@ class CameraLooks:
         """Take a picture of a place of the true scene; the pod is located in it by what is known around."""
         (true, around), camera, at = scenes, viewpoint.camera, viewpoint.at
         model, T_true = camera.model, viewpoint.T_world_camera @ self._off(camera)
-        rendered = RenderedScene.of(replace(true, held=None), at.q, at.tool_state)
+        rendered = RenderedScene.of(replace(true, held=None), at.q, at.tool_state, self._deformed_seed)
         seed = derived_seed("look", self._seed, number, name, at.name)
         depth = measure_depth(rendered, model, T_true, seed)
         prints = 1 + derived_seed("prints", self._seed) % (2**31 - 1)  # models know set 0
@@ -304,7 +306,7 @@ class CameraLooks:
     ) -> _Seen:
         """Find what is listed to be in a place in new pictures of it, beside what was seen before."""
         listed = tuple(
-            ListedItem(item_id, self._products[item_id])
+            ListedItem.of(item_id, self._products[item_id], self._deformed_seed is not None)
             for item_id, places in self._may_be_in.items()
             if name in places
         )

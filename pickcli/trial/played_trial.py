@@ -125,7 +125,8 @@ def stowed_scene(request: TrialRequest, cell: Cell, on_progress: ProgressObserve
     """
     order, conditions = request.order, request.conditions
     T_world_pod, _ = standing(conditions.pod_shift, conditions.reality, cell, request.seed)
-    return make_scene(order.contents, cell, request.seed, order.year, on_progress, T_world_pod)
+    leaning_share = conditions.reality.leaning_share
+    return make_scene(order.contents, cell, request.seed, order.year, on_progress, T_world_pod, leaning_share)
 
 
 def play_trial(

@@ -54,4 +54,4 @@ class TrialSettings:
             return bounded
         from pickcli.trial.camera_looks import CameraLooks  # renders, which other trials need not load
 
-        return CameraLooks(true, bounded, self.reality.hand_eye)
+        return CameraLooks(true, bounded, self.reality.hand_eye, self.reality.deformed_looks)

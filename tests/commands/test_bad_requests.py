@@ -222,6 +222,11 @@ def test_impossible_seeds(seed: str, made: Made, out: Path) -> None:
         misused(apc(command, made.order, "-o", out, f"--seed={seed}"), "--seed")
 
 
+@pytest.mark.parametrize("share", ["-0.1", "1.5", "nan", "some"])
+def test_impossible_shares_of_leaning_items(share: str, made: Made, out: Path) -> None:
+    misused(apc("make-scene", made.order, "-o", out, f"--leaning={share}"), "--leaning")
+
+
 @pytest.mark.parametrize("noise", ["2", "a,b", "-1,1", "nan,1", "1,1,1", "2,90", ""])
 def test_impossible_noise(noise: str, made: Made, out: Path) -> None:
     misused(apc("run-trial", made.order, "-o", out, f"--pose-noise={noise}"), "--pose-noise", "expected")

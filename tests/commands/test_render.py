@@ -47,6 +47,35 @@ def test_pictures_are_written_and_told(made: Made, tmp_path: Path) -> None:
     assert "2 items in sight of hand (ensenso)" in apc(*argv, "--overwrite").out
 
 
+def test_cloth_and_bags_are_shown_rumpled_if_asked(cell: Cell, tmp_path: Path) -> None:
+    scene, out = tmp_path / "scene.json", tmp_path / "picture.png"
+    words = ("make-scene", "--in", "bin_C=scotch_bubble_mailer,dove_beauty_bar", "-o", scene)
+    assert apc(*words).code == 0
+    argv = (
+        "render",
+        "--scene",
+        scene,
+        "--camera",
+        "hand",
+        "--at",
+        "cam_C",
+        "-o",
+        out,
+        "--json",
+        "--overwrite",
+    )
+    pictures, pixels = [], []
+    for extra in ((), ("--deformed",), ("--deformed",), ("--deformed", "--textures", 5)):
+        told = apc(*argv, *extra)
+        assert told.code == 0, told.err
+        pixels.append(json.loads(told.out)["items"])
+        pictures.append(out.read_bytes())
+    assert pictures[1] == pictures[2] and len(set(pictures)) == 3
+    mailer, bar = "scotch_bubble_mailer", "dove_beauty_bar"
+    assert 0.5 * pixels[0][mailer] < pixels[1][mailer] < pixels[0][mailer]
+    assert pixels[1][bar] >= pixels[0][bar]
+
+
 def test_depth_in_the_file_is_that_of_the_library(made: Made, cell: Cell, tmp_path: Path) -> None:
     """With noise by its seed, in steps of 0.1 mm; without it the true depth."""
     looking, hand = cell.configurations["cam_C"], cell.cameras["hand"]

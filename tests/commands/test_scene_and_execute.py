@@ -70,6 +70,14 @@ def test_make_scene_writes_a_scene_and_a_picture(order: Path, tmp_path: Path) ->
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+def test_make_scene_lets_items_lean_and_tells_which(order: Path, tmp_path: Path) -> None:
+    words = [str(order), "-o", str(tmp_path / "scene.json"), "--seed", "3", "--leaning", "1"]
+    told = json.loads(CliRunner().invoke(make_scene_command, [*words, "--json"]).stdout)
+    assert list(told["leaning"]) == ["crayola_24_ct"] and 3.0 < told["leaning"]["crayola_24_ct"] <= 20.0
+    shown = CliRunner().invoke(make_scene_command, [*words, "--overwrite"]).stdout
+    assert shown.startswith("2 items at rest in 12 bins, 1 of them leaning, seed 3: ")
+
+
 def test_make_scene_writes_what_a_trial_sees_too(order: Path, tmp_path: Path) -> None:
     out, seen = tmp_path / "scene.json", tmp_path / "seen.json"
     words = [str(order), "-o", str(out), "--seed", "3", "--perceived", str(seen), "--pose-noise", "4,2"]

@@ -55,9 +55,15 @@ class Filled:
         return error_of(answer.item.shape, answer.T_world_item, self.scene.find(answer.id).T_world_item)
 
 
-def looked_at(scene: Scene, noise_seed: int = 1, texture_seed: int = 11, at: str = "cam_E") -> Filled:
+def looked_at(
+    scene: Scene,
+    noise_seed: int = 1,
+    texture_seed: int = 11,
+    at: str = "cam_E",
+    deformed_seed: int | None = None,
+) -> Filled:
     """Bin E as the camera sees it from a configuration, printed otherwise than the models."""
-    return _seen_from(scene, scene.cell.configurations[at], noise_seed, texture_seed)
+    return _seen_from(scene, scene.cell.configurations[at], noise_seed, texture_seed, deformed_seed)
 
 
 def looked_at_as(scene: Scene, sensor: str) -> Filled:
@@ -73,11 +79,17 @@ def looked_at_aslant(scene: Scene, noise_seed: int = 2, texture_seed: int = 11) 
     return _seen_from(scene, viewpoints[1].at, noise_seed, texture_seed)
 
 
-def _seen_from(scene: Scene, before: NamedConfiguration, noise_seed: int, texture_seed: int) -> Filled:
+def _seen_from(
+    scene: Scene,
+    before: NamedConfiguration,
+    noise_seed: int,
+    texture_seed: int,
+    deformed_seed: int | None = None,
+) -> Filled:
     cell = scene.cell
     hand = cell.cameras["hand"]
     T = camera_pose(cell.robot, hand, before.q, before.tool_state)
-    rendered = RenderedScene.of(scene, before.q, before.tool_state)
+    rendered = RenderedScene.of(scene, before.q, before.tool_state, deformed_seed)
     depth = measure_depth(rendered, hand.model, T, noise_seed).depth
     colour = colour_picture(rendered, hand.model.camera, T, texture_seed)
     known = RenderedScene.of(replace(scene, items=()), before.q, before.tool_state)

@@ -62,6 +62,22 @@ def n_pictures(perception: CameraLooks, true: Scene, number: int, touched: Touch
     return len(perception.viewpoints())
 
 
+def test_what_deforms_is_seen_so_and_believed_within_wider_bounds(cell: Cell) -> None:
+    names = ["womens_knit_gloves", "kleenex_tissue_box"]
+    scene = make_scene({"bin_E": names}, cell, seed=2)
+    rigid, soft = (
+        look(CameraLooks(scene, BoundedErrors(NOISE, 1, IDEAL), True, deformed), scene, 1)
+        for deformed in (False, True)
+    )
+    bounds = [{placed.id: each.noise_of(placed) for placed in each.items} for each in (rigid, soft)]
+    assert set(bounds[0]) == set(bounds[1]) == set(names)
+    gloves = [each["womens_knit_gloves"].position for each in bounds]
+    assert gloves[1] > gloves[0] + 0.002  # the file states 3 mm
+    for placed in soft.items:
+        off = np.linalg.norm(placed.T_world_item[:3, 3] - scene.find(placed.id).T_world_item[:3, 3])
+        assert off < bounds[1][placed.id].position
+
+
 @pytest.fixture(scope="module")
 def first(true_scene: Scene) -> tuple[CameraLooks, Scene]:
     perception = looks(true_scene)

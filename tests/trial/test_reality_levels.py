@@ -13,10 +13,12 @@ import pytest
 
 import pickcli
 from pickcli.cell.cell_file import load_cell
+from pickcli.random_scenes.leaning_items import leaning_items
 from pickcli.simulation import reality
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import World
 from pickcli.trial.loop import run_trial
+from pickcli.trial.played_trial import TrialConditions, TrialRequest, stowed_scene
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import pick_order
@@ -39,6 +41,12 @@ def seen(levels: Reality) -> list[float]:
 def clock(levels: Reality) -> float:
     """s on the clock of a played trial."""
     return run_trial(ORDER, ScriptedTrial(SCENE).interfaces(), TrialSettings(reality=levels)).clock
+
+
+def leaning(levels: Reality) -> set[str]:
+    """What leans as a trial begins."""
+    request = TrialRequest(ORDER, "order.json", TrialConditions(reality=levels), 1)
+    return set(leaning_items(stowed_scene(request, CELL)))
 
 
 def followed(levels: Reality) -> list[float]:
@@ -66,6 +74,7 @@ def test_every_level_is_read_somewhere(level: str) -> None:
         ("pod_angle_error", 0.01, seen),
         ("look_time", 9.0, clock),
         ("servo", False, followed),
+        ("leaning_share", 1.0, leaning),
     ],
 )
 def test_a_level_changes_what_happens(

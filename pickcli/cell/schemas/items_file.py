@@ -21,6 +21,7 @@ from pickcli.files.yaml_reader import read_yaml
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Interval = Annotated[tuple[Number, ...], Len(2, 2)]
 ItemSize = Annotated[float, Field(ge=1e-4, le=2)]  # m: from foil to what a single arm can handle
+MOST_DEFORMED = 0.4  # of the thinnest side of a box, by which a look may be inside of it
 BEYOND = 0.005  # m that an area may be stated beyond its face
 LIGHT, HEAVY = 10.0, 4000.0  # kg/m3: foam, and metal that fills most of its bounding box
 WARNINGS = ("odd_density",)  # kinds of warnings about item files
@@ -70,6 +71,9 @@ class ItemModel(FileModel):
         None, description="[red, green, blue] of most of it, 0 to 255"
     )
     printed: bool = Field(False, description="whether its faces are printed, or plain")
+    deforms: Annotated[float, Field(ge=0, le=0.1)] = Field(
+        0.0, description="m by which its surface may be inside of its shape in pictures"
+    )
     folded: str = Field("", description="how cloth or a bag was folded")
     source: Annotated[str, Field(min_length=3)] = Field(description="where the figures come from")
 
@@ -77,6 +81,17 @@ class ItemModel(FileModel):
     def _one_shape(self) -> ItemModel:
         if not self._has_one_shape:
             raise ValueError("expected exactly one of box, cylinder and sphere; keep one")
+        return self
+
+    @model_validator(mode="after")
+    def _deforms(self) -> ItemModel:
+        if self.deforms and self._has_one_shape:
+            most = MOST_DEFORMED * float(self.shape.extents.min())
+            if self.box is None or self.deforms > most:
+                raise ValueError(
+                    f"deforms: expected a box, and at most {most:.4g} m, {MOST_DEFORMED} of its thinnest "
+                    "side; make it less, or leave it out"
+                )
         return self
 
     @model_validator(mode="after")
@@ -264,4 +279,5 @@ def _item(name: str, year: int, model: ItemModel) -> Item:
         material=model.material,
         colour=model.colour,
         is_printed=model.printed,
+        deformation=model.deforms,
     )

@@ -55,6 +55,8 @@ def _lines(item: Item) -> Iterator[str]:
         yield f"colour: {list(item.colour)}"
     if item.is_printed:
         yield "printed: true"
+    if item.deformation:
+        yield f"deforms: {item.deformation!r}"
     for key in _OPTIONAL:
         if text := getattr(item, key):
             yield f"{key}: {_text(text)}"

@@ -31,6 +31,8 @@ from pickcli.perception.items.room_sight import coarse_view, room_sight
 from pickcli.perception.items.unknown_voxels import ASIDE, unknown_boxes, unrecognised_boxes
 from pickcli.perception.rendered_scene import RenderedScene
 
+MEAN_DEPTH = 0.3  # of the deformation, in which the surface of a deformed look is in the mean
+
 
 @dataclass(frozen=True)
 class ListedItem:
@@ -39,10 +41,33 @@ class ListedItem:
     Attributes:
         id: Id of the instance.
         item: The item.
+        deformation: m by which its surface may be inside of its shape; 0 if it is known to look like that.
     """
 
     id: str
     item: Item
+    deformation: float = 0.0
+
+    @classmethod
+    def of(cls, item_id: str, item: Item, may_deform: bool) -> ListedItem:
+        """List an item.
+
+        Args:
+            item_id: Id of the instance.
+            item: The item.
+            may_deform: Whether cloth, bags and plush may look other than their boxes, as their files say.
+
+        Returns:
+            The listed item.
+        """
+        return cls(item_id, item, item.deformation if may_deform else 0.0)
+
+    @property
+    def seen_as(self) -> Item:
+        """The item with the shape that its surface has in the mean."""
+        if not self.deformation:
+            return self.item
+        return replace(self.item, shape=self.item.shape.inflated(-MEAN_DEPTH * self.deformation))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +118,7 @@ class PlaceLook:
         Raises:
             InputError: The picture shows too little of the place, or an item has no model.
         """
-        models = [product_model(each.item) for each in listed]
+        models = [product_model(each.seen_as) for each in listed]
         coarse = coarse_view(rgbd.sensor.camera, rgbd.T_world_camera, known)
         sight = room_sight(coarse, known, place, T_world_place)
         view = view_of_place(rgbd, place, T_world_place, known)
@@ -214,7 +239,7 @@ def _answers(look: PlaceLook) -> tuple[ItemObservation, ...]:
             answers.append(ItemObservation(each.id, each.item, None, 0.0, refusal, None, None))
             continue
         support, confidence = look.found[i].support, look.confidence(i)
-        bound = bound_of(each.item, support, look.rgbd.depth_model, confidence)
+        bound = bound_of(each.item, support, look.rgbd.depth_model, confidence, each.deformation)
         refusal = _refusal(look, look.poses[i], confidence)
         answers.append(
             ItemObservation(each.id, each.item, look.poses[i], confidence, refusal, bound, support)
@@ -282,7 +307,8 @@ def _voted_answer(
     confidence = votes_on(answer.item, T, found, elsewhere).weighed(answer.confidence)
     if confidence == answer.confidence:
         return answer
-    bound = agreed_bound_of(answer.item, support, any_look.rgbd.sensor, confidence, agreement)
+    deformation = any_look.listed[i].deformation
+    bound = agreed_bound_of(answer.item, support, any_look.rgbd.sensor, confidence, agreement, deformation)
     refusal = _refusal(any_look, T, confidence)
     return replace(answer, confidence=confidence, bound=bound, refusal=refusal)
 
@@ -301,7 +327,7 @@ def _agreed_answer(looks: _Pair, at: tuple[int, int], each: ListedItem) -> ItemO
     agreement = agreement_with(each.item, T, other.poses[k], other.confidence(k))
     support = one.found[i].support
     confidence = agreed_confidence(support, one.lost(i), len(one.listed), agreement)
-    bound = agreed_bound_of(each.item, support, one.rgbd.sensor, confidence, agreement)
+    bound = agreed_bound_of(each.item, support, one.rgbd.sensor, confidence, agreement, each.deformation)
     refusal = _refusal(one, T, confidence)
     return ItemObservation(each.id, each.item, T, confidence, refusal, bound, support, agreement)
 

@@ -85,6 +85,8 @@ _WIDER_IF_COARSE = 1.22
 # Pixels that mix depths at edges leave angles, and where thin items end, a little less sure. Without it
 # 338 of 343 and 293 of 296 poses by Kinect v2 were kept, with it 289 of 290 of the latter.
 _WIDER_IF_MIXED = 1.2
+# Of the deformation: its surface is off by it, and at the ends by half of it for the turn.
+SURFACE_OFF = 1.5
 LEAST_CONFIDENCE_OF_BOUND = 0.99  # below it nothing is said of the error
 LARGEST = PoseNoise(0.015, float(np.radians(8.0)))  # with wider bounds a pose is of no use to a planner
 
@@ -103,7 +105,9 @@ def bound_features(support: Support, no_return: float, confidence: float) -> Arr
     return np.array([1.0, np.log(1e3 * support.surface_spread), np.log(1.0 - confidence + SURE), no_return])
 
 
-def bound_of(item: Item, support: Support, depth_model: DepthModel, confidence: float) -> PoseNoise | None:
+def bound_of(
+    item: Item, support: Support, depth_model: DepthModel, confidence: float, deformation: float = 0.0
+) -> PoseNoise | None:
     """Compute the bounds of the error of a pose, symmetries of the shape aside.
 
     Args:
@@ -111,6 +115,7 @@ def bound_of(item: Item, support: Support, depth_model: DepthModel, confidence: 
         support: How much of the picture speaks for the pose.
         depth_model: How depth was measured.
         confidence: That of the pose.
+        deformation: m by which the item's surface may be inside of its shape.
 
     Returns:
         The bounds; None for a pose that is not sure enough, or whose bounds would be wider than ``LARGEST``.
@@ -118,7 +123,8 @@ def bound_of(item: Item, support: Support, depth_model: DepthModel, confidence: 
     if confidence < LEAST_CONFIDENCE_OF_BOUND:
         return None
     features = bound_features(support, depth_model.no_return.get(item.material, 0.0), confidence)
-    return _bound(item, _MIXED if depth_model.mixes_edges else _SHARP, features)
+    bound = _bound(item, _MIXED if depth_model.mixes_edges else _SHARP, features)
+    return _useful(_deformed(item, bound, deformation))
 
 
 def agreed_bound_features(
@@ -141,7 +147,12 @@ def agreed_bound_features(
 
 
 def agreed_bound_of(
-    item: Item, support: Support, sensor: SensorModel, confidence: float, agreement: Agreement
+    item: Item,
+    support: Support,
+    sensor: SensorModel,
+    confidence: float,
+    agreement: Agreement,
+    deformation: float = 0.0,
 ) -> PoseNoise | None:
     """Compute the bounds of the error of a pose that two looks agree on, symmetries of the shape aside.
 
@@ -151,6 +162,7 @@ def agreed_bound_of(
         sensor: The sensor, which measures depth.
         confidence: That of the pose.
         agreement: How the other look agrees.
+        deformation: m by which the item's surface may be inside of its shape.
 
     Returns:
         The bounds; None for a pose that is not sure enough, or whose bounds would be wider than ``LARGEST``.
@@ -163,10 +175,10 @@ def agreed_bound_of(
     features = agreed_bound_features(support, no_return, confidence, agreement)
     is_coarse = depth_model.step(_FROM, sensor.camera.fx) > _COARSE
     wider = max(_WIDER_IF_COARSE if is_coarse else 1.0, _WIDER_IF_MIXED if depth_model.mixes_edges else 1.0)
-    return _bound(item, _AGREED, features, wider)
+    return _useful(_deformed(item, _bound(item, _AGREED, features, wider), deformation))
 
 
-def _bound(item: Item, model: BoundModel, features: Array, wider: float = 1.0) -> PoseNoise | None:
+def _bound(item: Item, model: BoundModel, features: Array, wider: float = 1.0) -> PoseNoise:
     position, angle, displacement = (wider * model.bounds(features[None])[0]).tolist()
     if item.shape.kind is ShapeKind.SPHERE:  # its turns do not show
         angle = 0.0
@@ -174,5 +186,21 @@ def _bound(item: Item, model: BoundModel, features: Array, wider: float = 1.0) -
     # that are seen stay where they are: the middle moves by half the difference, faces behind by all of it.
     off = unlikeness(item.shape)
     surface = 1e-3 * max(position, displacement) + 2.0 * off
-    bound = PoseNoise(1e-3 * position + off, float(np.radians(angle)), surface)
+    return PoseNoise(1e-3 * position + off, float(np.radians(angle)), surface)
+
+
+def _deformed(item: Item, bound: PoseNoise, deformation: float) -> PoseNoise:
+    """Bounds of an item whose surface may be inside of its shape.
+
+    If one side of it is and the other is not, what is seen of it is off by up to all of that, whatever looks
+    agree on, and turned by as much over its middle side.
+    """
+    assert bound.displacement is not None
+    turn = float(np.arctan2(deformation, np.median(item.shape.extents)))
+    surface = bound.displacement + SURFACE_OFF * deformation
+    return PoseNoise(bound.position + deformation, bound.angle + turn, surface)
+
+
+def _useful(bound: PoseNoise) -> PoseNoise | None:
+    """A bound that is of use to a planner, or None."""
     return None if bound.position > LARGEST.position or bound.angle > LARGEST.angle else bound

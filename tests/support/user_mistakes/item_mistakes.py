@@ -7,6 +7,7 @@ from support.user_mistakes.mistake import Mistake, Replacement
 BONES = "box: [0.206, 0.136, 0.033]"
 MESH = 'why_not: "needs pinching: wire mesh does not hold a vacuum"'
 SHIRT = "mass: 0.0575"
+SHIRT_DEFORMS = 'x 0.006 m spread out)"\n    deforms: 0.008'
 
 
 def _items(name: str, told: str, *changes: Replacement, strict: bool = False) -> Mistake:
@@ -163,6 +164,17 @@ ITEM_MISTAKES = (
         "an error of the mass in per cent",
         "items.cherokee_easy_tee_shirt.mass_error: … to 1, got 5; shares are of 1, not per cent",
         (SHIRT, SHIRT + "\n    mass_error: 5"),
+    ),
+    _items(
+        "a look in mm inside of its box",
+        "items.cherokee_easy_tee_shirt.deforms: … to 0.1, got 8",
+        (SHIRT_DEFORMS, SHIRT_DEFORMS.replace("0.008", "8")),
+    ),
+    _items(
+        "a look deeper than its box allows",
+        "items.cherokee_easy_tee_shirt: deforms: expected a box, and at most 0.01 m, 0.4 of its thinnest "
+        "side; make it less, or leave it out",
+        (SHIRT_DEFORMS, SHIRT_DEFORMS.replace("0.008", "0.02")),
     ),
     _items(
         "a dash in a name",

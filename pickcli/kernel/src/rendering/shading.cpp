@@ -121,7 +121,8 @@ Surface surface_of(const Shown& shown, const Vec3f& p) {
   }
   if (!shown.solid.planes.empty()) {
     const SurfacePoint found = surface_at(shown.solid, {p.x, p.y, p.z});
-    return {T.turned(to_single(found.normal)), {0.0f, 0.0f, 1.0f, -1}};
+    const Vec3f normal = to_single(found.normal);
+    return {T.turned(normal), place_on_box(p, h, largest_face(normal))};
   }
   const Vec3f over{std::abs(p.x) - h.x, std::abs(p.y) - h.y, std::abs(p.z) - h.z};
   const int axis = over.x > over.y ? (over.x > over.z ? 0 : 2) : (over.y > over.z ? 1 : 2);
