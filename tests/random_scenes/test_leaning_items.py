@@ -52,8 +52,7 @@ def test_what_is_drawn_to_lean_rests_apart_inside_at_its_angle(
     place = CELL.places[bin_name]
     assert sorted(placed.id for placed in scene.items) == sorted(names)
     leaning = leaning_items(scene)
-    # One item alone always finds a wall; of several some may stand or lie.
-    assert leaning and set(leaning) <= set(names)
+    assert set(leaning) <= set(names)  # what finds no place to lean at stands or lies
     for placed in scene.items:
         if placed.id in leaning:
             # The floor slopes by less than 5 degrees, and the angle is against the floor.
@@ -69,6 +68,14 @@ def test_what_is_drawn_to_lean_rests_apart_inside_at_its_angle(
     boards = [PosedSolid(body.shape, scene.T_world_pod @ body.T_parent_shape) for body in CELL.pod.bodies]
     assert all(overlap_depth(a, b) == 0.0 for a, b in combinations(solids, 2))
     assert all(overlap_depth(a, b) == 0.0 for a in solids for b in boards)
+
+
+@pytest.mark.parametrize("name", ["jane_eyre_dvd", "laugh_out_loud_joke_book"])
+@pytest.mark.parametrize("bin_name", ["bin_D", "bin_K"])
+def test_a_book_alone_finds_a_wall_to_lean_on(name: str, bin_name: str) -> None:
+    for seed in range(3):
+        scene = make_scene({bin_name: [name]}, CELL, seed, leaning_share=1.0)
+        assert set(leaning_items(scene)) == {name}
 
 
 def test_one_seed_one_file_that_can_be_read_and_without_a_share_none_leans(tmp_path: Path) -> None:

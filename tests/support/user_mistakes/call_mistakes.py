@@ -24,14 +24,14 @@ CALL_MISTAKES = (
     Mistake(
         "an export at no rate",
         "export PLAN --scene SCENE --format joint-trajectory --rate 0 -o OUT",
-        "plan.json to joint-trajectory: rate: 0 Hz is not between 1 and 1000; name one that is",
-        3,
+        "Invalid value for '--rate': 0.0 is not in the range 1.0<=x<=1000.0.",
+        2,
     ),
     Mistake(
         "an export to a format that nobody knows",
         "export PLAN --scene SCENE --format trajectory -o OUT",
         "unknown format 'trajectory'; did you mean 'joint-trajectory'?",
-        3,
+        2,
     ),
     Mistake(
         "an export under a name of another format",
@@ -84,7 +84,7 @@ CALL_MISTAKES = (
     Mistake(
         "inspect an order",
         "inspect ORDER",
-        "order.json: is an order, but a roadmap, … plan, scene, stream, cell or … is expected here",
+        "order.json: is an order, but a roadmap, … plan, scene, stream, cell, pallet or … is expected here",
         3,
     ),
     Mistake(
