@@ -10,7 +10,7 @@ import numpy as np
 
 from pickcli.export.device_events import DeviceEvent, device_events
 from pickcli.export.exporter import Exporter, ExportRequest
-from pickcli.export.samples import SECOND, sampled
+from pickcli.export.samples import SECOND, sampled, to_nanoseconds
 from pickcli.motion.plan import Plan
 
 QUANTITIES = ("position_{}", "velocity_{}_per_s", "acceleration_{}_per_s2")  # with the joint's unit inserted
@@ -56,7 +56,7 @@ def _encode(request: ExportRequest) -> bytes:
     table.writerow(columns(plan.trajectory.joint_names, cell.robot.units))
     for row, t in enumerate(samples.nanoseconds.tolist()):
         numbers = map(repr, states[row].ravel().tolist())
-        table.writerow([seconds(t), *numbers, *_segment(plan, t / SECOND), event_texts[row]])
+        table.writerow([seconds(t), *numbers, *_segment(plan, t), event_texts[row]])
     return text.getvalue().encode()
 
 
@@ -70,9 +70,10 @@ def _by_row(events: tuple[DeviceEvent, ...], nanoseconds: list[int]) -> defaultd
     return found
 
 
-def _segment(plan: Plan, t: float) -> tuple[str, str]:
-    """Kind of the segment at a time, and its held item."""
-    now = next((segment for segment in plan.segments if t < segment.t_end), plan.segments[-1])
+def _segment(plan: Plan, nanoseconds: int) -> tuple[str, str]:
+    """Kind of the segment that begins at a time or continues, and its held item."""
+    later = (segment for segment in plan.segments if nanoseconds < to_nanoseconds(segment.t_end))
+    now = next(later, plan.segments[-1])
     return now.kind.value, now.held or ""
 
 

@@ -48,6 +48,24 @@ def bearing_share(item: Item, face: str, tip: Array, cup: SuctionCup, noise: Pos
     return kept_vacuum(item, face, tip, cup, noise) * lever
 
 
+def lip_on(item: Item, face: str, T_item_tip: Array) -> Array:
+    """Return where the middle of the lip met a face, before the cup was pressed on along its axis.
+
+    Args:
+        item: The item.
+        face: Name of the face.
+        T_item_tip: (4, 4) pose of the tool, pressed on.
+
+    Returns:
+        (3,) m in the item frame; the tip itself on round faces.
+    """
+    tip, axis = T_item_tip[:3, 3], T_item_tip[:3, 2]
+    if face[0] not in "+-":
+        return np.asarray(tip)
+    k, side = "xyz".index(face[1]), -1.0 if face[0] == "-" else 1.0
+    return np.asarray(tip - axis * (tip[k] - side * item.shape.extents[k] / 2) / axis[k])
+
+
 def _off(item: Item, face: str, tip: Array, noise: PoseNoise) -> float:
     """Return how far (m) the cup may be off its place (3,), which the press may have moved off the face."""
     at = tip.copy()

@@ -20,7 +20,7 @@ from pickcli.grasping.envelope import Envelope
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
 from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
-from pickcli.grasping.lip_coverage import bearing_share
+from pickcli.grasping.lip_coverage import bearing_share, lip_on
 from pickcli.grasping.press_check import contact_speed
 from pickcli.grasping.search import Search
 from pickcli.grasping.suction_candidates import sample_suctions
@@ -99,7 +99,7 @@ class SuctionGrasping(GraspMethod):
             The limits.
         """
         cup = self.tool.cup
-        return HoldLimits(cup.limits, bearing_share(item, face, T_item_tip[:3, 3], cup, noise))
+        return HoldLimits(cup.limits, bearing_share(item, face, lip_on(item, face, T_item_tip), cup, noise))
 
     def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
         """Return the state in which the cup approached.

@@ -74,6 +74,17 @@ def test_segments_and_what_is_held_are_told() -> None:
         assert (row["segment"], row["held"]) == (segment.kind.value, segment.held or "")
 
 
+def test_a_row_at_a_boundary_tells_the_segment_that_begins_there() -> None:
+    """Ends of segments are not on a grid of nanoseconds: rounded down, a row still is the next one's."""
+    request = handmade_pick()
+    first, second, *others = request.plan.segments
+    odd = first.t_end + 4e-10
+    segments = (replace(first, t_end=odd), replace(second, t_start=odd), *others)
+    rows = rows_of(replace(request, plan=replace(request.plan, segments=segments)))
+    (at,) = (row for row in rows if row["time_s"] == f"{first.t_end:.9f}")
+    assert (at["segment"], at["held"]) == (second.kind.value, second.held or "")
+
+
 def test_names_with_commas_and_quotes_are_quoted() -> None:
     request = ur_request()
     names = ('a,"b', *request.plan.trajectory.joint_names[1:])

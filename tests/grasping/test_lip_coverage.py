@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.item import LEAST_SHARE
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import pose
+from pickcli.geometry import pose, rotation_axis_angle
 from pickcli.grasping.grasp_target import GraspTarget
-from pickcli.grasping.lip_coverage import bearing_share, kept_vacuum
+from pickcli.grasping.lip_coverage import bearing_share, kept_vacuum, lip_on
 from pickcli.grasping.search import USUAL
 from pickcli.grasping.suction_candidates import sample_suctions
+from pickcli.grasping.suction_grasping import SuctionGrasping
 from pickcli.grasping.surfaces import faces, narrow_faces, wide_faces
 from pickcli.scene.scene import PoseNoise
 
@@ -25,6 +26,28 @@ TOOL, BIN = CELL.robot.tool, CELL.pod.bins["bin_E"]
 BRUSH = CELL.item("oral_b_toothbrush_red")
 FLAT = pose([0.25, 0.0, -0.05], rpy=[0.0, 0.0, 0.3])
 NOISE = PoseNoise(0.002, np.radians(1.0))
+
+
+@given(
+    lean=st.floats(-0.12, 0.12),
+    about=st.floats(0.0, np.pi),
+    depth=st.floats(0.0, 0.006),
+    x=st.floats(0.0, 0.05),
+)
+def test_a_leaning_cup_that_is_pressed_on_bears_what_it_bears_where_it_met_the_face(
+    lean: float, about: float, depth: float, x: float
+) -> None:
+    """Pressed on along its axis, its lip is moved across the face, perhaps off an edge that it stands on."""
+    item = CELL.item("kleenex_tissue_box")
+    half = item.shape.extents / 2
+    axis = np.array([np.cos(about), np.sin(about), 0.0])
+    R = rotation_axis_angle(axis, np.pi + lean)
+    T_met = pose([half[0] - x, half[1] - TOOL.cup.radius, half[2]], R=R)
+    T_pressed = T_met @ pose([0.0, 0.0, depth])
+    np.testing.assert_allclose(lip_on(item, "+z", T_pressed), T_met[:3, 3], atol=1e-12)
+    method = SuctionGrasping(TOOL)
+    share, pressed = (method.bears(item, "+z", T, NOISE).share for T in (T_met, T_pressed))
+    assert share == pytest.approx(pressed, abs=1e-9)
 
 
 @given(width=st.floats(0.005, 0.06), length=st.floats(0.04, 0.3))
