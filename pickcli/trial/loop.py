@@ -30,7 +30,7 @@ from pickcli.trial.final_state import Drop, final_state
 from pickcli.trial.item_moves import ItemMoves
 from pickcli.trial.order import ANY_BIN, Order, OrderKind, require_playable, time_limit
 from pickcli.trial.room_making import RoomMaking
-from pickcli.trial.score import Score, item_bonuses, score
+from pickcli.trial.score import Score, item_bonuses, score, told_by_copies
 from pickcli.trial.stow_assignment import assign_bins
 from pickcli.trial.target_list import TargetList
 from pickcli.trial.toppling_memory import TopplingMemory
@@ -379,7 +379,9 @@ class _Trial:
         hit = damages(self.before, arena.collisions) if is_judged else ()
         belief = runner.perception.claimed(belief)
         final = final_state(self.order, self.before, after, belief, arena.held, drops, hit)
-        points = score(self.order, final, self.bonus)
+        delivered = {s.index: a.item for s, a in self.attempts if a.outcome.is_delivered and not a.is_aside}
+        targets = [state.target for state in self.targets.states]
+        points = told_by_copies(score(self.order, final, self.bonus), targets, delivered)
         return TrialResult(
             order=self.order,
             seed=self.settings.seed,

@@ -7,15 +7,15 @@ start-jsk/jsk_apc (doc/apc2016_rules.rst) and the 2015 score calculator of the s
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from pickcli.cell.cell import Cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.damage import Damage
 from pickcli.trial.final_state import Drop, FinalItem, FinalState
-from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.order import Order, OrderKind, Target
 
 
 @dataclass(frozen=True)
@@ -176,6 +176,29 @@ def score(order: Order, final: FinalState, bonus: Mapping[str, int]) -> Score:
         *_damages(order, final.damages),
     ]
     return Score(tuple(lines), maximum_score(order, bonus))
+
+
+def told_by_copies(score: Score, targets: Sequence[Target], delivered: Mapping[int, str]) -> Score:
+    """Give each target the line of the copy that was delivered for it: the rules do not tell copies apart.
+
+    Args:
+        score: A score, whose first lines are those of the targets.
+        targets: The targets, in the order of these lines.
+        delivered: Id of the delivered copy by index of its target.
+
+    Returns:
+        The same lines, perhaps exchanged between targets that are alike.
+    """
+    left, mine = list(range(len(targets))), dict[int, int]()
+    for is_sure in (True, False):
+        for k, target in enumerate(targets):
+            alike = [i for i in left if targets[i] == target]
+            own = [i for i in alike if score.lines[i].subject == delivered.get(k)] if is_sure else alike
+            if k not in mine and own:
+                mine[k] = own[0]
+                left.remove(own[0])
+    lines = (score.lines[mine[k]] for k in range(len(targets)))
+    return replace(score, lines=(*lines, *score.lines[len(targets) :]))
 
 
 def _delivered(order: Order, items: tuple[FinalItem, ...]) -> dict[str, str]:

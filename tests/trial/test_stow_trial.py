@@ -18,6 +18,7 @@ from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import BINS
 from pickcli.trial.output_file import claim
+from pickcli.trial.score import score, told_by_copies
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import Outcome, TrialResult
@@ -50,6 +51,25 @@ def test_what_a_bin_does_not_take_goes_into_the_next(cell: Cell) -> None:
     result = play(fake)
     assert result.score.total == 45
     assert fake.asked[:2] == [(DVD, "bin_C"), (DVD, "bin_K")]
+
+
+@pytest.mark.parametrize("is_first_elsewhere", [False, True])
+def test_of_two_copies_each_row_has_the_points_of_its_own(cell: Cell, is_first_elsewhere: bool) -> None:
+    scene = scene_of(ORDER, cell)
+    copies = [placed.id for placed in scene.in_location(TOTE) if placed.item.name == CARDS]
+    result = play(ScriptedTrial(scene))
+    own = {attempt.item: row for row, target in enumerate(result.targets) for attempt in target.attempts}
+    other = copies[0] if is_first_elsewhere else copies[1]
+    final = replace(result.final, items=tuple(
+        replace(item, end="bin_K") if item.id == other else item for item in result.final.items
+    ))  # fmt: skip
+    lines = told_by_copies(
+        score(ORDER, final, {}), [target.target for target in result.targets],
+        {row: item for item, row in own.items()},
+    ).lines  # fmt: skip
+    assert [line.points for line in lines[: len(own)]].count(15) == 1
+    assert lines[own[other]].points == 15 and lines[own[other]].subject == other
+    assert sorted(lines, key=str) == sorted(score(ORDER, final, {}).lines, key=str)
 
 
 def test_what_does_not_come_out_of_the_tote_is_not_asked_of_every_bin(cell: Cell) -> None:
