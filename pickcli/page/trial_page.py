@@ -102,7 +102,7 @@ def _robot(workcell: Workcell, motion: RecordedMotion) -> PageRobot:
 
 def _played(attempts: Sequence[Mapping[str, Any]], motion: RecordedMotion) -> list[_Played]:
     """Assign executions, which were recorded in the same order, to attempts."""
-    left, played, now = list(motion.executions), [], 0.0
+    left, played, now = list(motion.of_attempts), [], 0.0
     for record in attempts:
         own = []
         for each in _executed(record):

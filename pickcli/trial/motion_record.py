@@ -104,6 +104,11 @@ class RecordedMotion:
     executions: tuple[RecordedExecution, ...]
     record: str = ""
 
+    @property
+    def of_attempts(self) -> tuple[RecordedExecution, ...]:
+        """Executions of attempts: all but those that brought a camera to where it looks from."""
+        return tuple(each for each in self.executions if not each.query.startswith(LOOK_FROM))
+
 
 def motion_values(recorder: MotionRecorder, cells: Sequence[Cell]) -> dict[str, Any]:
     """Convert a recording to JSON values.
@@ -231,8 +236,10 @@ def refuse_other_record(motion: RecordedMotion, record: Mapping[str, Any], where
         if attempt["execution"] is not None:
             stated.append((attempt.get("plan") or {}).get("query"))
         stated += [None for step in attempt["recovery"] if step["execution"] is not None]
-    queries = [execution.query for execution in motion.executions]
-    found = [query for query in queries if not query.startswith(LOOK_FROM)]
+    queries, found = (
+        [execution.query for execution in executions]
+        for executions in (motion.executions, motion.of_attempts)
+    )
     n_looking = sum(look.get("motions", 0) for look in record.get("looks", ()))
     is_same_number = len(stated) == len(found) and n_looking == len(queries) - len(found)
     if is_same_number and all(s in (None, f) for s, f in zip(stated, found, strict=True)):

@@ -60,6 +60,20 @@ def test_it_replays_what_was_recorded(shown: PageDocument, motion: RecordedMotio
     assert -0.005 < distances.min() < 0.05 and any(CRAYOLA in name for name in shown.clearance.names)
 
 
+def test_motions_to_looks_are_of_no_attempt(shown: PageDocument, motion: RecordedMotion) -> None:
+    (own,) = motion.executions
+    look = replace(own, query="look from cam_B", t_start=own.t_start - 2.0, t_end=own.t_start - 1.0)
+    page = trial_page(
+        record(no_plan=frozenset({"dove_beauty_bar"})),
+        pick()[1],
+        replace(motion, executions=(look, own, look)),
+    )
+    assert [(c.t_start, c.t_end) for c in page.chapters] == [(c.t_start, c.t_end) for c in shown.chapters]
+    assert {lane.name: lane.spans for lane in page.lanes if lane.name != "segments"} == {
+        lane.name: lane.spans for lane in shown.lanes if lane.name != "segments"
+    }
+
+
 def test_attempts_are_chapters_with_their_reasons(shown: PageDocument, motion: RecordedMotion) -> None:
     by_item = {chapter.item: chapter for chapter in shown.chapters}
     assert set(by_item) == {CRAYOLA, "dove_beauty_bar"}
