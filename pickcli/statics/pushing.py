@@ -48,7 +48,8 @@ def pushable(supports: Supports, item_id: str) -> frozenset[str]:
     high = {name for name in here if supports.highest_centre(name) >= rim}
     firm = high | {name for name, placed in here.items() if placed.item.heaviest > HEAVIEST}
     below = {name for each in firm for name in graph.chain(partial(_may_bear, supports), each)}
-    return frozenset(here.keys() - firm - below - _tied_to(supports, high, here.keys() - {item_id}))
+    leaving = [name for name in sorted(high) if supports.may_leave_over(rim, name)]
+    return frozenset(here.keys() - firm - below - _tied_to(supports, leaving, here.keys() - {item_id}))
 
 
 def _tied_to(supports: Supports, some: Collection[str], within: Collection[str]) -> frozenset[str]:

@@ -56,8 +56,8 @@ class Supports:
         """Return those of the falling items that only slump, and so do not block the removed item.
 
         Between the walls of an open box nothing falls far. Items beside or below the removed one give way
-        downwards: a centre of mass that is not lifted does not rise, so it stays below the rim. Items that
-        lie on the removed one, directly or indirectly, would be lifted and are not included.
+        downwards: a centre of mass that is not lifted does not rise, so it does not get over the rim. Items
+        that lie on the removed one, directly or indirectly, would be lifted and are not included.
 
         Args:
             item_id: Id of the removed item.
@@ -70,7 +70,9 @@ class Supports:
             return ()
         lifted = self.graph.chain(self.graph.lying_on, item_id)
         return tuple(
-            name for name in self.falling(item_id) if name not in lifted and self.highest_centre(name) < rim
+            name
+            for name in self.falling(item_id)
+            if name not in lifted and not self.may_leave_over(rim, name)
         )
 
     def blocking(self, item_id: str) -> tuple[str, ...]:
@@ -128,6 +130,22 @@ class Supports:
         """
         placed = self.graph.items[name]
         return float(placed.T_world_item[2, 3] + self.graph.scene.bound(placed))
+
+    def may_leave_over(self, rim: float, name: str) -> bool:
+        """Whether an item that falls may get over the rim of its open box.
+
+        As its centre is straight above the rim, the rim is outside of the item, at least half of its
+        thickness below the centre. A centre that starts lower would have to rise.
+
+        Args:
+            rim: m, height of the rim in the world.
+            name: Id of the item.
+
+        Returns:
+            Whether its centre may be so high, within its pose error.
+        """
+        thickness = float(self.graph.items[name].item.shape.extents.min())
+        return self.highest_centre(name) >= rim + thickness / 2
 
     def _falls(self, taken: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
         """Whether an item falls together with another that it touches.

@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from pickcli.cell.place import Place
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
@@ -45,6 +46,25 @@ class Removal:
     lifted: frozenset[str]
     falling: frozenset[str]
     rolling: frozenset[str]
+
+
+def may_leave(scene: Scene, place: Place, placed: PlacedItem) -> bool:
+    """Whether an item that falls in an open box may get over the rim.
+
+    Above the rim its centre is at least the radius of the largest ball in it higher than the rim: a convex
+    solid that the rim does not enter holds none that does. It falls from where it is, so it does not rise.
+
+    Args:
+        scene: The scene.
+        place: The box.
+        placed: The item, in the box.
+
+    Returns:
+        Whether its centre is certainly not so low that it stays.
+    """
+    rim = float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
+    radius = float(placed.item.shape.extents.min()) / 2
+    return not placed.T_world_item[2, 3] + scene.bound(placed) < rim + radius
 
 
 @lru_cache(maxsize=64)

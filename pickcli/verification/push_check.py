@@ -22,7 +22,7 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.hold_choice import load_ratios
 from pickcli.verification.load_check import GRAVITY, held_wrenches
-from pickcli.verification.pile_statics import carriers_of, falling_without, lying_on
+from pickcli.verification.pile_statics import carriers_of, falling_without, lying_on, may_leave
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.separation import overlap
 from pickcli.verification.static_solids import place_at
@@ -138,7 +138,7 @@ class PushedHeap:
             Faults.
         """
         here = {placed.id: placed for placed in self.scene.in_location(self.place.name)}
-        high = {name for name, placed in here.items() if not self._highest(placed) < self._rim} - pushed
+        leaving = {name for name, other in here.items() if may_leave(self.scene, self.place, other)} - pushed
         for body in self.scene.unrecognised_in(self.place.name)[:1]:
             yield _fault(", ".join(sorted(pushed)), f"nobody recognised what is at {body.name}")
         for name in sorted(pushed):
@@ -153,7 +153,7 @@ class PushedHeap:
                 yield _fault(name, f"its middle may be {over:.0f} mm over the rim of {self.place.name}")
             for other in sorted(lying_on(self.scene, name) - pushed - {self.taken.id}):
                 yield _fault(name, f"{other} lies on it and may not be pushed")
-        for other in sorted(high & self._falling(pushed & here.keys())) if high else ():
+        for other in sorted(leaving & self._falling(pushed & here.keys())) if leaving else ():
             yield _fault(
                 ", ".join(sorted(pushed)), f"{other} would fall without them, and may fall over the rim"
             )

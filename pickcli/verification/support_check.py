@@ -10,7 +10,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
-from pickcli.verification.pile_statics import removal
+from pickcli.verification.pile_statics import may_leave, removal
 from pickcli.verification.push_check import pushed_by
 from pickcli.verification.separation import separation
 
@@ -61,9 +61,6 @@ def _fault(taken: str, name: str, why: str) -> Reason:
 
 
 def _stays_in(scene: Scene, placed: PlacedItem) -> bool:
-    """Whether an item is in a box that is open above, with its centre certainly below the rim."""
+    """Whether an item is in a box that is open above, and cannot get over its rim by falling."""
     place = scene.cell.places.get(placed.location)
-    if place is None or not place.is_open_box:
-        return False
-    rim = float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
-    return bool(placed.T_world_item[2, 3] + scene.bound(placed) < rim)
+    return place is not None and place.is_open_box and not may_leave(scene, place, placed)
