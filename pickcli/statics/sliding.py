@@ -3,7 +3,8 @@
 An item that no tool can take keeps all below it in a heap. A level push at its middle or above
 slides it along or turns it over (Lynch and Mason, Stable pushing, 1996) until its centre is past all that
 carries it and it falls, which does no harm between the walls of a box. On its way it comes near to nothing
-but what carries it, within the errors of both poses: pushed against something firm it would jam.
+but what carries it, within the errors of both poses: pushed against something firm it would jam. Where no
+way is free as far as that, it is pushed along as far as one is: there it lies otherwise.
 """
 
 from __future__ import annotations
@@ -22,13 +23,14 @@ from pickcli.statics.toppling import GRAZE, loaded_on, why_not_safe
 N_DIRECTIONS = 16  # horizontal ones
 BEYOND = 0.01  # m that the centre comes past what carries the item, besides both pose errors
 MOST_WAY = 0.13  # m that the item moves
+LEAST_WAY, ALONG = 0.03, 0.07  # m at least and most that it moves along what carries it, not off that
 FINE_STEP = 0.001  # m between the points at which the surface of the item is looked for
 STEP = 0.01  # m between the places on its way at which the room is looked at
 
 
 @dataclass(frozen=True, eq=False)
 class Slide:
-    """A level push that moves an item off what it lies on.
+    """A level push that moves an item off what it lies on, or along it.
 
     Attributes:
         item: Id of the item.
@@ -39,6 +41,8 @@ class Slide:
         width: m, its extent along ``across``.
         way: m that it moves.
         bound: m, bound of the pose error of any of its points.
+        against: Name of what keeps it on what it lies on, as it would be pushed against that; empty if
+            nothing does.
     """
 
     item: str
@@ -49,6 +53,12 @@ class Slide:
     width: float
     way: float
     bound: float
+    against: str = ""
+
+    @property
+    def is_off(self) -> bool:
+        """Whether the item ends past all that it lies on."""
+        return not self.against
 
     @property
     def centre(self) -> Array:
@@ -88,14 +98,14 @@ class Slide:
 
 
 def slides(supports: Supports, item_id: str) -> tuple[Slide, ...] | Reason:
-    """Find the pushes that move an item off the items that it lies on.
+    """Find the pushes that move an item off the items that it lies on, or else along them.
 
     Args:
         supports: The support relation of the scene.
         item_id: Id of the item.
 
     Returns:
-        The pushes, the shortest first; or why there are none.
+        The pushes off, the shortest first, and then those along, the longest first; or why there are none.
     """
     what, graph, rim = "cannot be pushed off", supports.graph, supports.rim(item_id)
     if rim is None:
@@ -107,9 +117,7 @@ def slides(supports: Supports, item_id: str) -> tuple[Slide, ...] | Reason:
         return Reason(what, item_id, why, item_id)
     moved = {item_id, *loaded_on(supports, item_id)}
     over = [
-        name
-        for name in supports.falling(item_id)
-        if name not in moved and supports.highest_centre(name) >= rim
+        name for name in supports.falling(item_id) if name not in moved and supports.may_leave_over(rim, name)
     ]
     if over:
         return Reason(what, item_id, f"{over[0]} leans on it and could fall over the rim", over[0])
@@ -117,20 +125,16 @@ def slides(supports: Supports, item_id: str) -> tuple[Slide, ...] | Reason:
         _slide(supports, item_id, below, turn)
         for turn in 2.0 * np.pi * np.arange(N_DIRECTIONS) / N_DIRECTIONS
     ]
-    short = [slide for slide in found if slide.way <= MOST_WAY]
-    if not short:
-        least = 1e3 * min(slide.way for slide in found)
-        return Reason(
-            what, item_id, f"it is off what carries it after {least:.0f} mm, at most {1e3 * MOST_WAY:.0f}"
-        )
-    met = {k: _met(supports, slide) for k, slide in enumerate(short)}
-    free = [short[k] for k, name in met.items() if name is None]
-    if not free:
-        first = next(name for name in met.values() if name is not None)
-        return Reason(
-            what, item_id, f"no way is free; one leads against {first}", first if first in graph.items else ""
-        )
-    return tuple(sorted(free, key=lambda slide: round(slide.way, 3)))
+    free = [_freely(supports, slide) for slide in found]
+    off = [slide for slide in free if slide.is_off and slide.way <= MOST_WAY]
+    along = [replace(slide, way=min(slide.way, ALONG)) for slide in free if slide.way >= LEAST_WAY]
+    pushes = sorted(off, key=lambda slide: round(slide.way, 3))
+    pushes += sorted(along, key=lambda slide: -round(slide.way, 3))
+    if pushes:
+        return tuple(pushes)
+    against = next(slide.against for slide in free if slide.against)
+    why = f"no way is free for {1e3 * LEAST_WAY:.0f} mm; one leads against {against}"
+    return Reason(what, item_id, why, against if against in graph.items else "")
 
 
 def _slide(supports: Supports, item_id: str, below: list[str], turn: float) -> Slide:
@@ -149,8 +153,8 @@ def _slide(supports: Supports, item_id: str, below: list[str], turn: float) -> S
     return Slide(item_id, direction, across, shape, T, 2.0 * half_width, way, bound)
 
 
-def _met(supports: Supports, slide: Slide) -> str | None:
-    """Return what an item meets on its way over what it lies on; None if the way is free."""
+def _freely(supports: Supports, slide: Slide) -> Slide:
+    """Return a push as far as the item meets nothing but what it lies on, and what it would meet next."""
     graph, name = supports.graph, slide.item
     solids, k = graph.solids, graph.index[name]
     left_out = {name, *graph.chain(graph.carriers, name), *loaded_on(supports, name)}
@@ -159,7 +163,7 @@ def _met(supports: Supports, slide: Slide) -> str | None:
         i for i, other in enumerate(solids.names)
         if other not in left_out and (other not in graph.items or graph.items[other].location == where)
     ])  # fmt: skip
-    clear = np.zeros(len(others))
+    clear, free = np.zeros(len(others)), 0.0
     for way in np.linspace(0.0, slide.way, 1 + int(np.ceil(slide.way / STEP))).tolist():
         T = solids.T.copy()
         T[k, :3, 3] += way * slide.direction
@@ -168,5 +172,6 @@ def _met(supports: Supports, slide: Slide) -> str | None:
             clear = np.minimum(found.width, solids.bound[others] + slide.bound)
         nearer = clear - found.width
         if nearer.max() > GRAZE:
-            return str(solids.names[others[int(np.argmax(nearer))]])
-    return None
+            return replace(slide, way=free, against=str(solids.names[others[int(np.argmax(nearer))]]))
+        free = way
+    return slide

@@ -131,21 +131,32 @@ class Supports:
         placed = self.graph.items[name]
         return float(placed.T_world_item[2, 3] + self.graph.scene.bound(placed))
 
-    def may_leave_over(self, rim: float, name: str) -> bool:
-        """Whether an item that falls may get over the rim of its open box.
+    def barrier(self, rim: float, name: str) -> float:
+        """Return the height below which the centre of an item stays inside of its open box.
 
-        As its centre is straight above the rim, the rim is outside of the item, at least half of its
-        thickness below the centre. A centre that starts lower would have to rise.
+        As its centre passes straight above the rim, the rim is outside of the item, so at least half of its
+        thickness below the centre.
 
         Args:
             rim: m, height of the rim in the world.
             name: Id of the item.
 
         Returns:
-            Whether its centre may be so high, within its pose error.
+            m in the world.
         """
-        thickness = float(self.graph.items[name].item.shape.extents.min())
-        return self.highest_centre(name) >= rim + thickness / 2
+        return rim + float(self.graph.items[name].item.shape.extents.min()) / 2
+
+    def may_leave_over(self, rim: float, name: str) -> bool:
+        """Whether an item that falls may get over the rim of its open box; its centre does not rise.
+
+        Args:
+            rim: m, height of the rim in the world.
+            name: Id of the item.
+
+        Returns:
+            Whether its centre may be over the barrier, within its pose error.
+        """
+        return self.highest_centre(name) >= self.barrier(rim, name)
 
     def _falls(self, taken: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
         """Whether an item falls together with another that it touches.

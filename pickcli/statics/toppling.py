@@ -204,17 +204,20 @@ def why_not_safe(supports: Supports, item_id: str, rim: float) -> str | None:
     where = graph.items[item_id].location
     if found := graph.scene.unrecognised_in(where):
         return f"nobody recognised what is at {found[0].name}; look again"
-    placed, mass = graph.items[item_id], _mass_with_all_on_it(supports, item_id)
+    mass = _mass_with_all_on_it(supports, item_id)
     if mass > HEAVIEST:
         return f"it may have {mass:.2f} kg with all on it, at most {HEAVIEST}"
     if firm := sorted(set(lying) - pushable(supports, item_id)):
         return f"{firm[0]} lies on it and may not be pushed"
-    # On whichever corner it turns, its centre is no higher above it than half its diagonal.
-    k = graph.index[item_id]
-    bottom = float(placed.T_world_item[2, 3] - graph.solids.upright[k, 2])
-    highest = bottom + placed.item.shape.bounding_radius + float(graph.solids.bound[k])
-    if not highest < rim:
-        return f"its middle may come {1e3 * (highest - rim):.0f} mm over the rim"
+    for name in (item_id, *lying):
+        # On whichever corner it turns, its centre is no higher above it than half its diagonal.
+        k, moved = graph.index[name], graph.items[name]
+        bottom = float(moved.T_world_item[2, 3] - graph.solids.upright[k, 2])
+        highest = bottom + moved.item.shape.bounding_radius + float(graph.solids.bound[k])
+        over = highest - supports.barrier(rim, name)
+        if not over < 0.0:
+            what = "its middle" if name == item_id else f"the middle of {name} on it"
+            return f"{what} may come {1e3 * over:.0f} mm higher than it can without getting out"
     return None
 
 

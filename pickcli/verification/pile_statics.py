@@ -48,11 +48,11 @@ class Removal:
     rolling: frozenset[str]
 
 
-def may_leave(scene: Scene, place: Place, placed: PlacedItem) -> bool:
-    """Whether an item that falls in an open box may get over the rim.
+def barrier(scene: Scene, place: Place, placed: PlacedItem) -> float:
+    """Return the height over which the middle of an item must come to get over the rim of an open box.
 
-    Above the rim its centre is at least the radius of the largest ball in it higher than the rim: a convex
-    solid that the rim does not enter holds none that does. It falls from where it is, so it does not rise.
+    Above the rim it is at least the radius of the largest ball in the item higher than the rim: a convex
+    solid that the rim does not enter holds none that does.
 
     Args:
         scene: The scene.
@@ -60,11 +60,24 @@ def may_leave(scene: Scene, place: Place, placed: PlacedItem) -> bool:
         placed: The item, in the box.
 
     Returns:
-        Whether its centre is certainly not so low that it stays.
+        m in the world.
     """
     rim = float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
-    radius = float(placed.item.shape.extents.min()) / 2
-    return not placed.T_world_item[2, 3] + scene.bound(placed) < rim + radius
+    return rim + float(placed.item.shape.extents.min()) / 2
+
+
+def may_leave(scene: Scene, place: Place, placed: PlacedItem) -> bool:
+    """Whether an item that falls in an open box may get over the rim. It falls, so its middle does not rise.
+
+    Args:
+        scene: The scene.
+        place: The box.
+        placed: The item, in the box.
+
+    Returns:
+        Whether its middle is not certainly below the barrier.
+    """
+    return not placed.T_world_item[2, 3] + scene.bound(placed) < barrier(scene, place, placed)
 
 
 @lru_cache(maxsize=64)

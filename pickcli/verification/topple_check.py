@@ -19,7 +19,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
-from pickcli.verification.pile_statics import lying_on, removal
+from pickcli.verification.pile_statics import barrier, lying_on, may_leave, removal
 from pickcli.verification.push_check import HEAVIEST, MOST_DESCENT, MOST_SPEED, pushed_by
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.straightness_check import SPEED_TOLERANCE, every_millisecond, fastest_tip
@@ -110,7 +110,6 @@ def _not_toppled(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Ite
     names = {placed.id for placed in items}
     for body in scene.unrecognised_in(place.name)[:1]:
         yield _fault(items[0].id, f"nobody recognised what is at {body.name}")
-    rim = float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
     mass = sum(placed.item.heaviest for placed in items)
     if mass > HEAVIEST:
         yield _fault(items[0].id, f"all that is pushed may have {mass:.2f} kg, at most {HEAVIEST}")
@@ -119,14 +118,15 @@ def _not_toppled(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Ite
         shape, T = placed.item.shape, placed.T_world_item
         lowest = float(T[2, 3] - shape.reach(T[:3, :3])[2])
         highest = lowest + float(np.linalg.norm(shape.extents)) / 2 + scene.bound(placed)
-        if not highest < rim:
-            over = 1e3 * (highest - rim)
-            yield _fault(placed.id, f"its middle may come {over:.0f} mm over the rim of {place.name}")
+        if not highest < (most := barrier(scene, place, placed)):
+            over = 1e3 * (highest - most)
+            why = f"its middle may come {over:.0f} mm higher than it can without getting out of {place.name}"
+            yield _fault(placed.id, why)
         for other in sorted(lying_on(scene, placed.id) - names):
             yield _fault(placed.id, f"{other} lies on it and is not named as pushed")
         for other in sorted(removal(scene, placed.id).falling - names):
             beside = scene.find(other)
-            if not beside.T_world_item[2, 3] + scene.bound(beside) < rim:
+            if may_leave(scene, place, beside):
                 yield _fault(placed.id, f"{other} leans on it and could fall over the rim")
 
 
