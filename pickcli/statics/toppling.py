@@ -216,8 +216,8 @@ def why_not_safe(supports: Supports, item_id: str, rim: float) -> str | None:
         highest = bottom + moved.item.shape.bounding_radius + float(graph.solids.bound[k])
         over = highest - supports.barrier(rim, name)
         if not over < 0.0:
-            what = "its middle" if name == item_id else f"the middle of {name} on it"
-            return f"{what} may come {1e3 * over:.0f} mm higher than it can without getting out"
+            what = "it" if name == item_id else f"{name} on it"
+            return f"{what} may get over the rim: its middle may come {1e3 * over:.0f} mm too high"
     return None
 
 

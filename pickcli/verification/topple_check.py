@@ -120,7 +120,7 @@ def _not_toppled(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Ite
         highest = lowest + float(np.linalg.norm(shape.extents)) / 2 + scene.bound(placed)
         if not highest < (most := barrier(scene, place, placed)):
             over = 1e3 * (highest - most)
-            why = f"its middle may come {over:.0f} mm higher than it can without getting out of {place.name}"
+            why = f"it may get over the rim of {place.name}: its middle may come {over:.0f} mm too high"
             yield _fault(placed.id, why)
         for other in sorted(lying_on(scene, placed.id) - names):
             yield _fault(placed.id, f"{other} lies on it and is not named as pushed")

@@ -12,7 +12,7 @@ from pickcli.errors import Reason
 from pickcli.geometry import inverse, pose, rotation_rpy, transform_points
 from pickcli.scene.scene import PlacedItem, PoseNoise
 from pickcli.statics.pushing import HEAVIEST
-from pickcli.statics.sliding import BEYOND, FINE_STEP, MOST_WAY, Slide, slides
+from pickcli.statics.sliding import ALONG, BEYOND, FINE_STEP, LEAST_WAY, MOST_WAY, Slide, slides
 from pickcli.statics.supports import supports_of
 from support.standing import BOX, CRATES, NOISE, crate, lying
 
@@ -33,6 +33,13 @@ def pushes(*items: PlacedItem, noise: PoseNoise = NOISE) -> tuple[Slide, ...]:
     return found
 
 
+def off(*items: PlacedItem, noise: PoseNoise = NOISE) -> list[Slide]:
+    """The pushes that end past what carries the item and are not the same way, cut short."""
+    found = pushes(*items, noise=noise)
+    first = [tuple(push.direction) for push in found]
+    return [push for k, push in enumerate(found) if push.is_off and first.index(tuple(push.direction)) == k]
+
+
 def why_not(*items: PlacedItem) -> str:
     found = slides(supports_of(crate(*items)), items[0].id)
     assert isinstance(found, Reason)
@@ -45,7 +52,7 @@ def test_its_centre_comes_past_what_carries_it_by_both_errors(x: float, y: float
     items = on_it(x, y, yaw), UNDER
     scene = crate(*items)
     least = scene.bound(items[0]) + scene.bound(UNDER)
-    for push in pushes(*items):
+    for push in off(*items):
         end = push.centre + push.way * push.direction
         around = 2.0 * np.pi * np.arange(36) / 36
         circle = end + least * np.column_stack([np.cos(around), np.sin(around), np.zeros(36)])
@@ -55,7 +62,7 @@ def test_its_centre_comes_past_what_carries_it_by_both_errors(x: float, y: float
 
 
 def test_the_shortest_way_comes_first() -> None:
-    ways = [push.way for push in pushes(on_it(0.02, 0.0), UNDER)]
+    ways = [push.way for push in off(on_it(0.02, 0.0), UNDER)]
     assert len(ways) > 4 and [round(way, 3) for way in ways] == sorted(round(way, 3) for way in ways)
 
 
@@ -98,6 +105,17 @@ def test_a_way_that_leads_against_another_is_none() -> None:
     assert all(push.direction @ x < 0.95 for push in left)
 
 
+def test_where_no_way_leads_off_it_is_pushed_along() -> None:
+    """Between two others as high as it is, across which it does not come off what it lies on."""
+    wide = replace(UNDER, item=replace(UNDER.item, shape=replace(UNDER.item.shape, size=(0.3, 0.3, 0.02))))
+    item = lying(BOX, 0.0, 0.0, up=0.0202)
+    found = pushes(item, wide)
+    assert found and not any(push.is_off and push.way <= MOST_WAY for push in found)
+    assert all(LEAST_WAY <= push.way <= ALONG for push in found)
+    ways = [push.way for push in found]
+    assert ways == sorted(ways, reverse=True)
+
+
 def test_a_place_without_walls_is_no_box() -> None:
     shelf = replace(lying(BOX, 0.1, 0.0, place="shelf_1_1"))
     assert "is no box that is open above" in why_not(shelf)
@@ -105,7 +123,7 @@ def test_a_place_without_walls_is_no_box() -> None:
 
 def test_the_way_is_the_shorter_the_nearer_it_lies_to_the_edge() -> None:
     ways = [
-        {tuple(push.direction.round(6)): push.way for push in pushes(on_it(x), UNDER)} for x in (0.0, 0.02)
+        {tuple(push.direction.round(6)): push.way for push in off(on_it(x), UNDER)} for x in (0.0, 0.02)
     ]
     both = ways[0].keys() & ways[1].keys()
     ahead = CRATES.T_world_place(CRATES.places[UNDER.location])[:3, 0]

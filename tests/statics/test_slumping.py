@@ -67,10 +67,20 @@ def test_what_lies_on_an_item_keeps_it_in_and_all_that_lies_on_that() -> None:
 @pytest.mark.parametrize(("over", "slumps"), [(-0.002, True), (0.002, False)])
 @pytest.mark.parametrize("noise", [0.0, 0.001])
 def test_what_may_get_over_the_rim_does_not_slump(over: float, slumps: bool, noise: float) -> None:
-    """Its centre may be as high as the rim, as its pose may be off."""
-    supports = of(*seesaw(RIM - 0.01 + over - noise), noise=noise)
+    """Its centre may be half of its thickness over the rim, as its pose may be off."""
+    supports = of(*seesaw(RIM + over - noise), noise=noise)
     assert "plank" in supports.falling("block")
     assert ("plank" in supports.slumping("block")) is slumps
+
+
+def test_the_barrier_is_as_high_as_a_ball_inside_of_the_item() -> None:
+    """What is straight above a rim that does not enter it has its centre at least that radius higher."""
+    ways = np.random.default_rng(0).normal(size=(200, 3))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    for name, _ in sorted(CRATES.items):
+        placed = PlacedItem(name, CRATES.item(name), CRATE, CRATES.T_world_place(CRATES.places[CRATE]))
+        above = of(placed).barrier(0.0, name)
+        assert above > 0.0 and placed.item.shape.contains(0.999 * above * ways).all()
 
 
 def test_on_a_shelf_nothing_slumps() -> None:
