@@ -122,9 +122,7 @@ def test_a_place_without_walls_is_no_box() -> None:
 
 
 def test_the_way_is_the_shorter_the_nearer_it_lies_to_the_edge() -> None:
-    ways = [
-        {tuple(push.direction.round(6)): push.way for push in off(on_it(x), UNDER)} for x in (0.0, 0.02)
-    ]
+    ways = [{tuple(push.direction.round(6)): push.way for push in off(on_it(x), UNDER)} for x in (0.0, 0.02)]
     both = ways[0].keys() & ways[1].keys()
     ahead = CRATES.T_world_place(CRATES.places[UNDER.location])[:3, 0]
     nearer = [ways[1][d] - ways[0][d] for d in both if np.array(d) @ ahead > 0.1]

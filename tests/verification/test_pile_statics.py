@@ -11,9 +11,9 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import pose
-from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.statics.supports import Supports
-from pickcli.verification.pile_statics import Removal, keeps_standing, removal
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.statics.supports import Supports, supports_of
+from pickcli.verification.pile_statics import Removal, barrier, keeps_standing, may_leave, removal
 from support.bin_piles import BIN, EXACT, NOISY, at, can_on_a_slope, height, of, on_a_slope, put, shaped
 
 LYING_CAN = (np.pi / 2, 0.0, 0.0)
@@ -248,3 +248,22 @@ def test_piles_that_are_drawn_fall_often_enough_to_judge_anything(cell: Cell) ->
     assert sum(bool(each.lifted) for each in effects) >= 5
     assert sum(bool(each.falling - each.lifted) for each in effects) >= 1
     assert sum(bool(each.rolling) for each in effects) >= 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(over=st.floats(-0.03, 0.06), turn=st.tuples(*[st.floats(-3.0, 3.0)] * 3), noise=st.floats(0.0, 0.004))
+def test_planner_and_verifier_agree_about_what_may_get_over_a_rim(
+    cell: Cell, over: float, turn: tuple[float, float, float], noise: float
+) -> None:
+    tote = cell.places[TOTE]
+    T_mouth = scene_of(cell).T_world_place(tote) @ tote.access.T_place_mouth
+    rim = float(T_mouth[2, 3])
+    for name in ("dove_beauty_bar", "scotch_bubble_mailer", "up_glucose_bottle", "rawlings_baseball"):
+        T = pose((T_mouth[0, 3], T_mouth[1, 3], rim + over), rpy=turn)
+        placed = PlacedItem(name, cell.item(name), TOTE, T)
+        scene = scene_of(cell, placed, noise=PoseNoise(noise, 0.01))
+        thickness = min(placed.item.shape.extents)
+        assert barrier(scene, tote, placed) == pytest.approx(rim + thickness / 2)
+        leaves = supports_of(scene).may_leave_over(rim, name)
+        assert may_leave(scene, tote, placed) == leaves
+        assert leaves or over + noise < thickness / 2
