@@ -48,13 +48,16 @@ if TYPE_CHECKING:
 @click.option(
     "--live-port", type=NumberType(1, 65535), help="Port of --live, which it implies.  [default: a free one]"
 )
+@click.option("--plans", "with_plans", is_flag=True,
+              help="Write the plan of every attempt, too, and the scene that it was certified "
+                   "for.")  # fmt: skip
 @trial_options
 @learn_option
 @seed_option
 @json_option
 def command(
     order_path: Path, output: Path | None, overwrite: bool, live: bool, live_port: int | None,
-    options: TrialOptions, learn: bool, seed: int, as_json: bool,
+    with_plans: bool, options: TrialOptions, learn: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order in simulation, by the rules, and score it.
 
@@ -72,7 +75,7 @@ def command(
     from pickcli.trial.order import require_playable
     from pickcli.trial.order_file import order_file, read_order
     from pickcli.trial.pod_shift import standing
-    from pickcli.trial.trial_folder import LOOKS, write_folder
+    from pickcli.trial.trial_folder import LOOKS, PLANS, write_folder
 
     if is_stream(order_path):
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
@@ -121,11 +124,15 @@ def command(
             else:
                 _show(result)
         finally:
-            paths = write_folder(folder, result, played.record, played.pictures, played.motion, overwrite)
+            paths = write_folder(
+                folder, result, played.record, played.pictures, played.motion, overwrite, with_plans
+            )
         if not as_json:
             looks = [path for path in paths if path.match(LOOKS)]
-            told = [f"wrote {path}" for path in paths if path not in looks]
+            plans = [path for path in paths if any(path.match(pattern) for pattern in PLANS)]
+            told = [f"wrote {path}" for path in paths if path not in (*looks, *plans)]
             told += [f"wrote {folder / LOOKS}: {len(looks)} pictures"] if looks else []
+            told += [f"wrote {folder / PLANS[0]}: of {len(plans) // 2} attempts"] if plans else []
             click.echo("\n".join(told))
     if not result.is_clean:
         raise TrialAbortedError(_what_went_wrong(result))

@@ -297,7 +297,8 @@ class AttemptRunner:
         began, certifier = time.perf_counter(), self.certifier()
         attempt = self.ranked(attempt, scene)
         try:
-            attempt = replace(attempt, plan=self.plan(scene, attempt, exclude, certifier))
+            plan = self.plan(scene, attempt, exclude, certifier)
+            attempt = replace(attempt, plan=plan, seen=self._seen_by(plan.arm or self.arm, scene))
         except NoPlanError as error:
             outcome = Outcome.REJECTED if certifier.rejected else Outcome.NO_PLAN
             attempt = replace(
@@ -332,7 +333,8 @@ class AttemptRunner:
                 attempt, outcome=outcome, reason=error.summary(), in_the_way=error.in_the_way,
                 reasons=error.reasons, rejected=tuple(certifier.rejected),
             )  # fmt: skip
-        return replace(attempt, plan=plan, statistics=dict(plan.statistics))
+        seen = self._seen_by(plan.arm or self.arm, scene)
+        return replace(attempt, plan=plan, seen=seen, statistics=dict(plan.statistics))
 
     def _first_push(self, scene: Scene, attempt: Attempt, certifier: Certifier) -> Plan:
         """Return the plan to topple an item by the first arm that has one. Raises NoPlanError if none has."""

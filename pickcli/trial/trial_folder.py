@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pickcli.errors import InputError
+from pickcli.motion.plan_file import write_plan
 from pickcli.scene.scene_file import write_scene
 from pickcli.trial.motion_record import write_motion
 from pickcli.trial.output_file import write_output
 from pickcli.trial.trial_record import write_record
-from pickcli.trial.trial_result import TrialResult
+from pickcli.trial.trial_result import Attempt, TrialResult
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 MOTION, RECORD = "motion.json.gz", "trial.json"
 LOOKS = "look_*.png"
+PLANS = "plan_*.json", "seen_*.json"  # of --plans
 
 # All files of the folder, which are replaced in an existing one, besides those of looks. The first is written
 # only for orders with a claim.
@@ -95,6 +97,7 @@ def write_folder(
     pictures: Mapping[str, NDArray[np.uint8]],
     motion: Mapping[str, Any] | None = None,
     replace: bool = True,
+    with_plans: bool = False,
 ) -> tuple[Path, ...]:
     """Write all files of a trial, none of which is in the folder before all are written.
 
@@ -108,6 +111,7 @@ def write_folder(
         pictures: (height, width, 3) RGB, by name.
         motion: Recorded motion as JSON values; None if not recorded.
         replace: Whether existing files may be replaced.
+        with_plans: Whether to write every plan of an attempt, and the scene that it was certified for.
 
     Returns:
         Paths of the files.
@@ -123,6 +127,8 @@ def write_folder(
         "after.json": partial(write_scene, result.after),
         **{f"{name}.png": partial(write_png, picture) for name, picture in pictures.items()},
     }
+    if with_plans:
+        writers |= dict(_plans(result.attempts))
     if motion is not None:
         writers[MOTION] = partial(write_motion, values=motion)
     if (claim := result.final.claim) is not None:
@@ -136,6 +142,14 @@ def write_folder(
             failed |= _put(prepared, folder, replace)
     _raise_for(failed, folder, writers)
     return tuple(folder / name for name in writers)
+
+
+def _plans(attempts: Iterable[Attempt]) -> Iterator[tuple[str, Callable[[Path], None]]]:
+    """Yield the files of the attempts that have a plan, by name, and what writes them."""
+    for k, attempt in enumerate(attempts, start=1):
+        if attempt.plan is not None and attempt.seen is not None:
+            yield f"plan_{k:03}.json", partial(write_plan, attempt.plan)
+            yield f"seen_{k:03}.json", partial(write_scene, attempt.seen)
 
 
 @contextmanager
@@ -185,8 +199,9 @@ def _put(prepared: Path, folder: Path, replace: bool) -> dict[str, str]:
     try:
         if not (folder / RECORD).is_dir():
             (folder / RECORD).unlink(missing_ok=True)
-        for path in folder.glob(LOOKS):  # of a trial that was here before, which may have looked more often
-            path.unlink(missing_ok=True)
+        for pattern in (LOOKS, *PLANS):  # of a trial that was here before, which may have had more of them
+            for path in folder.glob(pattern):
+                path.unlink(missing_ok=True)
         for name in names:
             try:
                 (prepared / name).replace(folder / name)

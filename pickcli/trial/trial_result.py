@@ -112,6 +112,7 @@ class Attempt:
         topples: Whether it topples an item.
         arms: The ranked arms in the order in which they were tried; empty with a single arm.
         plan: The plan that was or should have been executed.
+        seen: The scene that the plan was made and certified for, None without a plan.
         parking: Execution of the motion that parked the previous arm, or None.
         execution: Execution of the plan, or None.
         recovery: Steps of recovery afterwards.
@@ -137,6 +138,7 @@ class Attempt:
     topples: bool = False
     arms: tuple[ArmSuitability, ...] = ()
     plan: Plan | None = None
+    seen: Scene | None = None
     parking: ExecutionResult | None = None
     execution: ExecutionResult | None = None
     recovery: tuple[RecoveryStep, ...] = ()

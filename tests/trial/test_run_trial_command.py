@@ -152,3 +152,19 @@ def test_a_trial_in_a_cell_without_home_is_refused_before_any_work(tmp_path: Pat
     out = tmp_path / "trial"
     answer = apc("run-trial", cell / "moves_24.json", "--cell", cell, "-o", out)
     assert answer.code == 3 and "no configuration is named home" in answer.err and not out.exists()
+
+
+@pytest.mark.slow
+def test_every_plan_that_is_kept_is_accepted_for_the_scene_beside_it(tmp_path: Path) -> None:
+    order = tmp_path / "order.json"
+    bins: dict[str, list[str]] = {f"bin_{letter}": [] for letter in "ABCDEFGHIJKL"}
+    bins |= {"bin_C": ["dove_beauty_bar"], "bin_K": ["crayola_24_ct", "jane_eyre_dvd"]}
+    wanted = [{"bin": "bin_C", "item": "dove_beauty_bar"}, {"bin": "bin_K", "item": "jane_eyre_dvd"}]
+    order.write_text(json.dumps({"bin_contents": bins, "tote_contents": [], "work_order": wanted}))
+    played = run(order, "--seed", "5", "--plans", "-o", tmp_path / "trial")
+    assert played.exit_code == 0, played.output
+    plans = sorted((tmp_path / "trial").glob("plan_*.json"))
+    assert len(plans) >= 2 and f"plan_*.json: of {len(plans)} attempts" in played.stdout
+    for plan in plans:
+        seen = plan.with_name(plan.name.replace("plan_", "seen_"))
+        assert apc("verify", plan, "--scene", seen).code == 0

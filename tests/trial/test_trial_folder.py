@@ -116,3 +116,21 @@ def test_pictures_of_looks_are_read_again_and_those_of_an_earlier_trial_are_gone
     write_folder(tmp_path, result, record, pictures_of_looks(once))
     found = read_look_pictures(tmp_path, told)
     assert found.keys() == {(1, "bin_A")} and (found[1, "bin_A"] == second).all()
+
+
+def test_plans_of_attempts_are_kept_on_request_and_those_of_an_earlier_trial_are_gone(tmp_path: Path) -> None:
+    result = run_trial(ORDER, ScriptedTrial(scene_of(ORDER, CELL)).interfaces())
+    record = trial_record(result, "order.json", wall_s=0.5)
+    (tmp_path / "plan_900.json").write_text("of an earlier trial")
+    write_folder(tmp_path, result, record, {}, with_plans=True)
+    planned = [k for k, attempt in enumerate(result.attempts, start=1) if attempt.plan is not None]
+    assert planned
+    assert sorted(path.name for path in tmp_path.glob("plan_*")) == [f"plan_{k:03}.json" for k in planned]
+    for k in planned:
+        attempt = result.attempts[k - 1]
+        assert attempt.plan is not None and attempt.seen is not None
+        assert json.loads((tmp_path / f"plan_{k:03}.json").read_text())["query"] == attempt.plan.query
+        seen = json.loads((tmp_path / f"seen_{k:03}.json").read_text())
+        assert [placed["id"] for placed in seen["items"]] == [placed.id for placed in attempt.seen.items]
+    write_folder(tmp_path, result, record, {})
+    assert not list(tmp_path.glob("plan_*")) and not list(tmp_path.glob("seen_*"))
