@@ -60,7 +60,7 @@ class PrintModel:
         return len(self.points)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=40)
 def print_model(item: Item, texture_seed: int) -> PrintModel:
     """Make the model of what is printed on an item; cached.
 
