@@ -104,7 +104,8 @@ class ItemSearch:
         models: Models of the listed items.
         solids: Known solids around.
         depth_model: How depth was measured.
-        by_print: Poses (K, 4, 4) in the camera's frame in which prints were recognised, by index of the item.
+        by_print: Poses (K, 4, 4) in the camera's frame in which prints were recognised, by index of the item,
+            those with most matches first.
     """
 
     def __init__(
@@ -158,7 +159,7 @@ class ItemSearch:
         }
 
     def _faced(self, placed: NDArray[np.int32], poses: Array) -> Array:
-        """The poses with the faces of the nearest ones in which their prints were recognised."""
+        """The poses with the faces of those near to them in which their prints were recognised."""
         faced = [self._seen_print(int(i), T) for i, T in zip(placed, poses, strict=True)]
         return np.array(
             [
@@ -168,10 +169,10 @@ class ItemSearch:
         ).reshape(-1, 4, 4)
 
     def _seen_print(self, i: int, T: Array) -> Array | None:
-        """The nearest pose (4, 4) in which the print of an item was recognised, if it is near to a pose."""
+        """Of poses (4, 4) near to one in which the print of an item was recognised that with most matches."""
         shape = self._models[i].item.shape
-        off = [displacement_between(shape, T, each) for each in self._by_print.get(i, ())]
-        return self._by_print[i][int(np.argmin(off))] if off and min(off) < _AT_PRINT else None
+        by_print = self._by_print.get(i, ())
+        return next((each for each in by_print if displacement_between(shape, T, each) < _AT_PRINT), None)
 
     def _found_by(self, i: int, T: Array) -> FoundBy:
         return FoundBy.SHAPE if self._seen_print(i, T) is None else FoundBy.PRINT
