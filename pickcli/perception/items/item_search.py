@@ -150,6 +150,7 @@ class ItemSearch:
                 break
         poses = self._faced(placed, poses)
         poses = self._fine.refined(placed, poses, None, _FINE_STEPS, _FINE_PENETRATION, 2)
+        poses = self._faced(placed, poses)  # some are near to one by print only now
         evidence = self._fine.evidence(placed, poses, _NEAR)
         return {
             int(i): PoseEstimate(
