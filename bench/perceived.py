@@ -4,6 +4,7 @@
     python -m bench.perceived --seeds 10-18 --calibrate
     python -m bench.perceived --seeds 24-39 --sensors ensenso --looks 3 --calibrate
     python -m bench.perceived --seeds 1000 --sensors ensenso --lists
+    python -m bench.perceived --seeds 1000-1003 --sensors ensenso --sift all-views
 
 Each seed is an order drawn by the rules of 2016 (46 items in 12 bins), stowed by the package's scene maker,
 and printed by a set of prints that no model knows. The camera on the gripper looks once into each bin, as
@@ -14,6 +15,10 @@ them; figures of other seeds are to be reported. CPU time of one thread, without
 ``--lists`` gives each bin a list with one item too few, which must leave something unexplained, and one with
 an item that is not there, which must be refused. With ``--looks 3`` the camera looks from both sides, too,
 and answers are what two of the looks agree on; ``--calibrate`` is then for what each two of them say.
+``--sift`` looks for the prints of items, too, and tells what that brings, on the same pictures: of printed
+items that are well seen how many are within 2 mm and 10 degrees with no symmetry set aside, so with the right
+face. Models know the set of prints, but as new and in even light; in the pictures labels are damaged, lamp
+and amounts of light are drawn, as are exposure and white balance, and there are blur and noise.
 """
 
 from __future__ import annotations
@@ -29,6 +34,7 @@ from time import thread_time
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter
 from scipy.optimize import linprog, minimize
 
 from pickcli.cell.cell import Cell
@@ -36,11 +42,11 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.place import Place
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.sensors.sensor_model import SensorModel
-from pickcli.geometry import Array
+from pickcli.geometry import Array, rotation_angle
 from pickcli.perception.depth_picture import measure_depth
 from pickcli.perception.items.agreement import agreement_features
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, support_features
-from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
 from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.pose_bound import (
     LEAST_CONFIDENCE_OF_BOUND,
@@ -50,11 +56,15 @@ from pickcli.perception.items.pose_bound import (
     agreed_bound_features,
     bound_features,
 )
+from pickcli.perception.items.print_search import PrintSearch
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
-from pickcli.perception.looks import colour_picture
+from pickcli.perception.looks import HALL, LightingModel, colour_picture
+from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
+from pickcli.perception.textures.print_matching import SiftViews
+from pickcli.perception.textures.print_model import print_model
 from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
 from pickcli.random_scenes.leaning_items import leaning_items
 from pickcli.random_scenes.make_scene import make_scene
@@ -64,7 +74,7 @@ from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 
 SENSORS = ("ensenso", "carmine", "kinect_v2")
-GOOD_MM, GOOD_DEG, WRONG_MM = 10.0, 10.0, 30.0
+GOOD_MM, GOOD_DEG, WRONG_MM, RIGHT_MM = 10.0, 10.0, 30.0, 2.0
 VISIBLE = 0.7  # share of an item's pixels that nothing else hides
 TEXTURES = 7919  # added to the seed of a scene
 REGULARISATION = 0.05
@@ -75,6 +85,8 @@ CLASSES, CLASSES_OF_PAIRS = (
 )  # shares of poses between which classes have factors of their own
 MIXING = {"kinect_v2"}  # sensors that mix depths at edges
 CONFIDENCE_FEATURE = 2  # index of the one that follows from the confidence
+WRONG_FACE_DEG = 30.0
+EXPOSURES, WHITE_BALANCE, BLUR, GREY_NOISE = (0.85, 1.15), 0.05, 0.5, 2.0  # px, and levels of 255
 QUANTILE, KEPT = 0.9, 0.995  # of the regression of bounds, and of poses with all errors within them
 
 
@@ -102,11 +114,21 @@ class Row:
     is_bound_kept: bool
     lean_deg: float = 0.0
     deforms: bool = False
+    is_printed: bool = False
+    found_by: str = "shape"
+    turned_deg: float | None = None  # as deg, but no symmetry is set aside
 
     @property
     def is_near(self) -> bool:
         """Whether its pose is within the bounds of a good one, also if it is refused."""
         return self.mm is not None and self.deg is not None and self.mm <= GOOD_MM and self.deg <= GOOD_DEG
+
+    @property
+    def is_right(self) -> bool:
+        """Whether it is an answer with the right face, within 2 mm."""
+        if not self.is_answer or self.mm is None or self.turned_deg is None:
+            return False
+        return self.mm <= RIGHT_MM and self.turned_deg <= GOOD_DEG
 
     @property
     def is_good(self) -> bool:
@@ -161,10 +183,10 @@ class SeenBin:
         """What is in it."""
         return self.scene.in_location(self.place.name)
 
-    def looks(self, listed: Sequence[ListedItem]) -> list[PlaceLook]:
+    def looks(self, listed: Sequence[ListedItem], prints: PrintSearch | None = None) -> list[PlaceLook]:
         """What is found of a list in each picture."""
-        T_world_place = self.scene.T_world_place(self.place)
-        return [PlaceLook.of(rgbd, self.place, T_world_place, listed, known) for rgbd, known in self.pictures]
+        T, place = self.scene.T_world_place(self.place), self.place
+        return [PlaceLook.of(rgbd, place, T, listed, known, prints) for rgbd, known in self.pictures]
 
     def perceived(self, listed: Sequence[ListedItem]) -> PlaceObservation:
         """What is found of a list."""
@@ -177,10 +199,42 @@ def from_where(cell: Cell, n_looks: int) -> dict[Place, tuple[Viewpoint, ...]]:
     return {place: viewpoints_of(place, cell)[:n_looks] for place in cell.pod.bins.values()}
 
 
+def as_taken(colour: ColourPicture, seed: int) -> ColourPicture:
+    """A picture as a camera takes it: exposure and white balance off, blurred, with noise."""
+    rng = derived_rng("taken", seed)
+    gains = rng.uniform(*EXPOSURES) * rng.uniform(1.0 - WHITE_BALANCE, 1.0 + WHITE_BALANCE, 3)
+    blurred = gaussian_filter(colour * gains, (BLUR, BLUR, 0.0))
+    noisy = blurred + rng.normal(0.0, GREY_NOISE, colour.shape)
+    return np.asarray(np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
+
+
+def drawn_light(seed: int) -> LightingModel:
+    """Light in a hall that no model knows."""
+    rng = derived_rng("light", seed)
+    x, y, z = HALL.lamp_position
+    at = (
+        x + float(rng.uniform(-0.8, 0.8)),
+        y + float(rng.uniform(-2.5, 2.5)),
+        z + float(rng.uniform(-0.8, 0.4)),
+    )
+    amounts = rng.uniform(0.75, 1.25, 3) * (HALL.ambient, HALL.headlight, HALL.lamp)
+    return replace(
+        HALL,
+        ambient=float(amounts[0]),
+        headlight=float(amounts[1]),
+        lamp=float(amounts[2]),
+        lamp_position=at,
+    )
+
+
 def seen_bins(
-    scene: Scene, sensor: SensorModel, n_looks: int = 1, is_deformed: bool = False
-) -> Iterator[SeenBin]:
-    """All bins, seen from so many places each; cloth and bags perhaps rumpled."""
+    scene: Scene, sensor: SensorModel, n_looks: int = 1, is_deformed: bool = False,
+    print_set: int | None = None,
+) -> Iterator[SeenBin]:  # fmt: skip
+    """All bins, seen from so many places each; cloth and bags perhaps rumpled.
+
+    With a set of prints that models know, labels are damaged, and pictures are as cameras take them.
+    """
     deformed_seed = scene.seed if is_deformed else None
     empty = replace(scene, items=())
     for place, viewpoints in from_where(scene.cell, n_looks).items():
@@ -190,7 +244,12 @@ def seen_bins(
             rendered = RenderedScene.of(scene, at.q, at.tool_state, deformed_seed)
             seed = derived_seed("look", scene.seed, at.name) if k else scene.seed
             depth = measure_depth(rendered, sensor, T, seed).depth
-            colour = colour_picture(rendered, sensor.camera, T, TEXTURES + scene.seed)
+            if print_set is None:
+                colour = colour_picture(rendered, sensor.camera, T, TEXTURES + scene.seed)
+            else:
+                light = drawn_light(scene.seed)
+                new = colour_picture(rendered, sensor.camera, T, print_set, light, scene.seed)
+                colour = as_taken(new, derived_seed("taken", scene.seed, place.name, k))
             known = RenderedScene.of(empty, at.q, at.tool_state)
             pictures.append((RgbdPicture(sensor, T, depth, colour), known))
         at = viewpoints[0].at
@@ -219,6 +278,66 @@ def rows_of_scene(
                 yield replace(row, lean_deg=lean, deforms=answer.item.deformation > 0.0)
 
 
+def rows_by_prints(scene: Scene, sensor: SensorModel, prints: PrintSearch) -> Iterator[tuple[Row, Row]]:
+    """All items of all bins in one look each, without and with a search for their prints."""
+    for seen in seen_bins(scene, sensor, print_set=prints.texture_seed):
+        listed = [ListedItem.of(each.id, each.item, False) for each in seen.items]
+        for one in listed:
+            product_model(one.seen_as)
+            if one.item.is_printed:
+                print_model(one.item, prints.texture_seed)
+        found = []
+        for how in (None, prints):
+            start = thread_time()
+            observed = concluded(seen.looks(listed, how))
+            found.append((observed, 1e3 * (thread_time() - start) / max(len(listed), 1)))
+        for i, placed in enumerate(seen.items):
+            share = visible_share(seen.rendered, seen.rgbd, placed.id)
+            without, with_prints = (
+                _row(sensor, (scene.seed, seen.place.name, ms), seen.items, observed.items[i], share)
+                for observed, ms in found
+            )
+            yield without, with_prints
+
+
+def print_summary(rows: Sequence[Row]) -> dict[str, float]:
+    """What is known of printed items that are well seen, and how often what is said by prints is wrong."""
+    well_seen = [r for r in rows if r.is_printed and r.visible >= VISIBLE]
+    by_print = [r for r in rows if r.is_answer and r.found_by == FoundBy.PRINT]
+    ms = np.array([r.ms for r in rows])
+    return {
+        "well_seen_printed": len(well_seen),
+        "right": sum(r.is_right for r in well_seen) / max(len(well_seen), 1),
+        "good": sum(r.is_good for r in well_seen) / max(len(well_seen), 1),
+        "by_print": len(by_print),
+        "by_print_wrong": sum(r.is_wrong for r in by_print) / max(len(by_print), 1),
+        "by_print_wrong_face": sum((r.turned_deg or 0.0) > WRONG_FACE_DEG for r in by_print)
+        / max(len(by_print), 1),
+        "good_of_all": sum(r.is_good for r in rows) / len(rows),
+        "answers": sum(r.is_answer for r in rows),
+        "wrong_of_answers": sum(r.is_wrong for r in rows) / max(sum(r.is_answer for r in rows), 1),
+        "ms_median": float(np.median(ms)),
+        "ms_p95": float(np.percentile(ms, 95)),
+    }
+
+
+def report_prints(pairs: Sequence[tuple[Row, Row]]) -> dict[str, Any]:
+    """Print what the search for prints brings, by sensor."""
+    found: dict[str, Any] = {}
+    for name in dict.fromkeys(r.sensor for r, _ in pairs):
+        own = [pair for pair in pairs if pair[0].sensor == name]
+        for how, k in (("without prints", 0), ("with prints", 1)):
+            s = print_summary([pair[k] for pair in own])
+            found[f"{name} {how}"] = s
+            print(f"{name} {how}: of {s['well_seen_printed']} printed items well seen", end=" ")
+            print(f"right face and {RIGHT_MM:g} mm {s['right']:.1%}, good {s['good']:.1%}")
+            print(f"  by prints {s['by_print']} answers, wrong {s['by_print_wrong']:.1%}, ", end="")
+            print(f"another face {s['by_print_wrong_face']:.1%}")
+            print(f"  of all items good {s['good_of_all']:.1%}; of {s['answers']} answers wrong", end=" ")
+            print(f"{s['wrong_of_answers']:.1%}; ms an item {s['ms_median']:.0f}, p95 {s['ms_p95']:.0f}")
+    return found
+
+
 def wrong_lists(scene: Scene, sensor: SensorModel) -> Iterator[tuple[str, bool]]:
     """By kind of list whether something is said of it: that there is more, or that an item is not there."""
     rng = derived_rng("lists", scene.seed)
@@ -245,11 +364,13 @@ def _row(
     visible: float,
 ) -> Row:  # fmt: skip
     assert sensor.depth is not None
-    error = features = of_bound = None
+    error = features = of_bound = turned = None
     if answer.T_world_item is not None and answer.support is not None:
         shape, T = answer.item.shape, answer.T_world_item
         copies = [each.T_world_item for each in items if each.item == answer.item]
         error = min((error_of(shape, T, T_true) for T_true in copies), key=lambda each: each.position)
+        true = min(copies, key=lambda each: float(np.linalg.norm(each[:3, 3] - T[:3, 3])))
+        turned = float(np.degrees(rotation_angle(T[:3, :3].T @ true[:3, :3])))
         lost = sensor.depth.no_return.get(answer.item.material, 0.0)
         of_confidence = support_features(answer.support, lost, len(items))
         bounds_by = bound_features(answer.support, lost, answer.confidence)
@@ -262,6 +383,7 @@ def _row(
     return Row(
         sensor.name, seed, name, answer.id, len(items), visible, answer.is_answer, answer.confidence,
         *_in_mm_and_degrees(error), ms, features, of_bound, *_in_mm_and_degrees(answer.bound), is_kept,
+        is_printed=answer.item.is_printed, found_by=answer.found_by.value, turned_deg=turned,
     )  # fmt: skip
 
 
@@ -442,6 +564,7 @@ def main() -> None:
     parser.add_argument("--deformed", action="store_true", help="cloth, bags and plush look rumpled")
     parser.add_argument("--calibrate", action="store_true", help="also print weights of the confidence")
     parser.add_argument("--lists", action="store_true", help="lists with an item too few, and one too many")
+    parser.add_argument("--sift", choices=[each.value for each in SiftViews], help="look for prints, too")
     parser.add_argument("--json", type=Path, help="also write figures and all rows there")
     arguments = parser.parse_args()
     cell = load_cell("apc2016_delft")
@@ -449,6 +572,18 @@ def main() -> None:
     if arguments.lists:
         scenes = [fresh_scene(cell, seed, arguments.leaning) for seed in numbers_in(arguments.seeds)]
         report_lists([said for scene in scenes for sensor in sensors for said in wrong_lists(scene, sensor)])
+        return
+    if arguments.sift is not None:
+        seeds = numbers_in(arguments.seeds)
+        prints = PrintSearch(SiftViews(arguments.sift), TEXTURES + seeds[0])
+        scenes = [fresh_scene(cell, seed, arguments.leaning) for seed in seeds]
+        pairs = [
+            pair for scene in scenes for sensor in sensors for pair in rows_by_prints(scene, sensor, prints)
+        ]
+        found = report_prints(pairs)
+        if arguments.json is not None:
+            both = [[asdict(row) for row in pair] for pair in pairs]
+            arguments.json.write_text(json.dumps({"summary": found, "rows": both}, indent=1) + "\n")
         return
     rows: list[Row] = []
     for seed in numbers_in(arguments.seeds):

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from pickcli.cell.place import Place
     from pickcli.perception.items.item_observation import PlaceObservation
     from pickcli.perception.items.item_perception import ListedItem
+    from pickcli.perception.items.print_search import PrintSearch
     from pickcli.perception.items.room_sight import RoomSight
     from pickcli.scene.scene import Scene
 
@@ -60,7 +61,12 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 @click.option("--picture", "picture_path", type=PATH, metavar="FILE.png",
               help="Where to write the colour picture with the answers drawn over it.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True,
-              metavar="N", help="Which set of prints the items have; models know set 0.")  # fmt: skip
+              metavar="N", help="Which set of prints the items have; models know set 0, but with --sift this "
+                                "one.")  # fmt: skip
+@click.option("--sift", type=click.Choice(["none", "all-views", "each-view"]), default="none",
+              show_default=True,
+              help="Look for what is printed on items, too, which tells sides apart: by the features of all "
+                   "views of a model as one set, or of each view by itself.")  # fmt: skip
 @deformed_option("and bounds of their poses allow for it")
 @arm_option("the preferred one of those that have the configuration")
 @standing_option
@@ -69,7 +75,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 def command(
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, order_path: Path | None,
     name: str | None, at: str | None, recorded: tuple[Path, ...], is_aslant: bool, bin_names: tuple[str, ...],
-    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int,
+    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int, sift: str,
     is_deformed: bool, arm: str | None, standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Find the listed items of bins in pictures of a camera.
@@ -77,13 +83,15 @@ def command(
     The camera sees the scene in colour and in depth with the noise of its sensor, or its pictures were
     recorded; of several, answers are what looks from two places agree on. What is in each bin is known by
     name, as an order says; where it is follows from the pictures alone. Each answer has a pose and a
-    confidence, and is refused with a reason where that is too low.
+    confidence, and is refused with a reason where that is too low. With --sift a pose found by its print has
+    the right side in front, where shapes alone leave open which of several like sides that is.
 
     \b
     Example:
       apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json
       apc perceive --scene scene.json --camera hand --at cam_E -o drawn.json --picture drawn.png
       apc perceive --scene scene.json --camera hand --at cam_E --bin bin_E -o bin_E.json --json
+      apc perceive --scene scene.json --camera hand --at cam_E --sift all-views -o printed.json
       apc perceive --scene scene.json --camera hand --at cam_E --aslant -o aslant.json
       apc perceive --scene scene.json --camera hand --at cam_E --pod pod.json -o in_pod.json
       apc perceive --order order.json --cell apc2016_delft --recorded e.json -o recorded.json
@@ -105,6 +113,7 @@ def command(
         refuse_same(output, picture_path)
     if not recorded and scene_path is None:
         raise click.UsageError("nothing to look at: name a scene with --scene, or pictures with --recorded")
+    prints = None if sift == "none" else _prints(sift, texture_seed)
     configurations = () if recorded else (at or "home",)
     arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
     scene = scene_or_empty(scene_path, cell_name, arms)
@@ -130,7 +139,7 @@ def command(
         for place in places
     }
     with stage("perception"):
-        found = tuple(_perceived(scene, contents, place, by_place[place]) for place in places)
+        found = tuple(_perceived(scene, contents, place, by_place[place], prints) for place in places)
     used = {id(each): each for pictures in by_place.values() for each in pictures if each is not first}
     others = tuple(each.rgbd.T_world_camera for each in used.values())
     perceived = Perceived(
@@ -151,6 +160,14 @@ def command(
     click.echo(f"answers: {output}")
     if picture_path is not None:
         click.echo(f"picture: {picture_path}")
+
+
+def _prints(sift: str, texture_seed: int) -> PrintSearch:
+    """How prints are looked for."""
+    from pickcli.perception.items.print_search import PrintSearch
+    from pickcli.perception.textures.print_matching import SiftViews
+
+    return PrintSearch(SiftViews(sift), texture_seed)
 
 
 def _contents(scene: Scene, order_path: Path | None, may_deform: bool) -> _Contents:
@@ -225,7 +242,11 @@ def _best_sight(scene: Scene, place: Place, taken: Sequence[CameraPicture]) -> R
 
 
 def _perceived(
-    scene: Scene, contents: _Contents, place: Place, taken: Sequence[CameraPicture]
+    scene: Scene,
+    contents: _Contents,
+    place: Place,
+    taken: Sequence[CameraPicture],
+    prints: PrintSearch | None,
 ) -> PlaceObservation:
     """The answers for a place, by all pictures that show enough of it; by the best one if none does."""
     from pickcli.perception.items.item_perception import PlaceLook, concluded
@@ -234,5 +255,5 @@ def _perceived(
     sights = [(each, each.sight_of(scene, place)) for each in taken]
     enough = [each for each, sight in sights if sight.is_enough]
     used = enough or [max(sights, key=lambda seen: seen[1].seen)[0]]
-    found = concluded([PlaceLook.of(each.rgbd, place, T, listed, each.known(scene)) for each in used])
+    found = concluded([PlaceLook.of(each.rgbd, place, T, listed, each.known(scene), prints) for each in used])
     return replace(found, error=scene.pose_of(scene.cell.carriers[place.carrier]).error)

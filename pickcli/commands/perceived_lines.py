@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
     from pickcli.perception.pod_pose import PodEstimate
 
-_HEAD = ("item", "confidence", "within", "and", "surface", "position in m, or why not")
+_HEAD = ("item", "by", "confidence", "within", "and", "surface", "position in m, or why not")
 
 
 def perceived_lines(observed: PlaceObservation) -> list[str]:
@@ -32,7 +32,13 @@ def perceived_lines(observed: PlaceObservation) -> list[str]:
     found = f"{answered} of {n} listed items found" if n else "no items are listed to be there"
     lines = [f"{observed.place}: {found}, {observed.seen:.0%} of its room is seen"]
     rows = [
-        [item.id, truncated(item.confidence), *_bound(item), item.refusal or _position(item.T_world_item)]
+        [
+            item.id,
+            "" if item.T_world_item is None else item.found_by.value,
+            truncated(item.confidence),
+            *_bound(item),
+            item.refusal or _position(item.T_world_item),
+        ]
         for item in observed.items
     ]
     lines += [f"  {line}" for line in (table_lines(_HEAD, rows) if rows else ())]

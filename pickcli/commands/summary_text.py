@@ -50,7 +50,8 @@ def _perceived_in_words(summary: dict[str, Any]) -> dict[str, Any]:
         for item in place["items"]:
             at = "" if item["pose"] is None else " ".join(f"{v:.3f}" for v in item["pose"]["position"])
             told = item["refusal"] or f"at {at}, confidence {truncated(item['confidence'])}"
-            lines.append(f"{item['id']}: {told}")
+            by_print = ", by its print" if item["found_by"] == "print" else ""
+            lines.append(f"{item['id']}: {told}{by_print}")
         if place["unexplained"]:
             lines.append(f"parts that no answer explains: {len(place['unexplained'])}")
         places[place["place"]] = lines

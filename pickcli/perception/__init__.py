@@ -7,7 +7,8 @@ the `looks` of the solids, which for items include a `procedural_texture`. Cloth
 `deformed_look`, inside of their boxes.
 `viewpoints` are from where cameras look into a place, and the `next_view` is from where most is in sight of
 what is not known in it.
-`items` finds the listed items of a place in one or several pictures with depth and colour.
+`items` finds the listed items of a place in one or several pictures with depth and colour; `textures` are
+what is printed on them, and recognised.
 `pod_pose` finds the pod: from a `pod_start` by a `pod_fit`, with a `pod_bound` of the error.
 `tracking` follows items on a conveyor.
 A `mount_calibration` finds it in several pictures, and the errors of cameras' mounts with it.

@@ -13,7 +13,7 @@ from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import Array, pose
 from pickcli.kernel import Lighting, Looks, Texture
-from pickcli.perception.procedural_texture import ColourPicture, face_textures
+from pickcli.perception.procedural_texture import ColourPicture, damaged_faces, face_textures
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene, RenderedSolid
 from pickcli.scene.colours import Colour, item_colour, static_colour
 
@@ -66,7 +66,7 @@ HALL = LightingModel()
 
 def colour_picture(
     rendered: RenderedScene, camera: PinholeCamera, T_world_camera: Array, texture_seed: int = 0,
-    lighting: LightingModel = HALL,
+    lighting: LightingModel = HALL, damage_seed: int | None = None,
 ) -> ColourPicture:  # fmt: skip
     """Render a colour picture.
 
@@ -76,38 +76,45 @@ def colour_picture(
         T_world_camera: (4, 4) its pose.
         texture_seed: Seed of the set of textures: another one prints the same items differently.
         lighting: Light in the hall.
+        damage_seed: Seed of the damage to labels; None for prints as new.
 
     Returns:
         (height, width, 3) red, green, blue; the same bytes for the same arguments.
     """
-    looks = looks_of(rendered, texture_seed)
+    looks = looks_of(rendered, texture_seed, damage_seed)
     picture = rendered.kernel.shaded(camera.intrinsics, camera.size, T_world_camera, looks, lighting.kernel)
     return np.asarray(picture)
 
 
-def looks_of(rendered: RenderedScene, texture_seed: int) -> Looks:
+def looks_of(rendered: RenderedScene, texture_seed: int, damage_seed: int | None = None) -> Looks:
     """Collect colours and textures of all solids for the kernel.
 
     Args:
         rendered: The solids.
         texture_seed: Seed of the set of textures.
+        damage_seed: Seed of the damage to labels; None for prints as new.
 
     Returns:
         The looks, in the order of the solids.
     """
     textures: list[Texture] = []
-    first: dict[Item, int] = {}  # the first texture of each product: its copies share them
+    first: dict[tuple[Item, str], int] = {}  # the first texture of each product: copies as new share them
     faces = []
     for solid in rendered.solids:
         item = solid.item
         if item is None:
             faces.append(_NO_TEXTURES)
             continue
-        if item not in first:
-            first[item] = len(textures)
-            textures += _textures(coloured(item), texture_seed)
+        key = item, "" if damage_seed is None else solid.owner
+        if key not in first:
+            first[key] = len(textures)
+            if damage_seed is None:
+                textures += _textures(coloured(item), texture_seed)
+            else:
+                faces_as_new = face_textures(coloured(item), texture_seed)
+                textures += map(Texture, damaged_faces(faces_as_new, damage_seed, solid.owner))
         n = 3 if item.shape.kind is ShapeKind.CYLINDER else 6
-        faces.append((*range(first[item], first[item] + n), *_NO_TEXTURES[n:]))
+        faces.append((*range(first[key], first[key] + n), *_NO_TEXTURES[n:]))
     return Looks(
         np.array([_colour(solid) for solid in rendered.solids]).reshape(-1, 3),
         np.array([_gloss(solid.item) for solid in rendered.solids]),

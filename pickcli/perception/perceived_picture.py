@@ -12,7 +12,7 @@ from scipy.ndimage import binary_erosion
 
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.geometry import Array
-from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene, RenderedSolid
@@ -126,6 +126,8 @@ def _with_text(
 def _words(place: PlaceObservation, answer: ItemObservation) -> Iterator[str]:
     yield f"{place.place}: {answer.id}"
     yield f"confidence {answer.confidence:.2f}"
+    if answer.found_by is FoundBy.PRINT:
+        yield "by its print"
     if answer.bound is not None:
         bound = answer.bound
         yield f"within {1e3 * bound.position:.1f} mm and {np.degrees(bound.angle):.1f} degrees"

@@ -1,11 +1,13 @@
 """Textures of items, drawn from their names: panels, ellipses, lines of glyphs, a bar code; or plain.
 
 Nothing comes from outside, and no fonts: glyphs are random bitmaps, alike in every line of a text. Another
-seed gives other prints on the same item, so that what is found by one set can be tested on another.
+seed gives other prints on the same item, so that what is found by one set can be tested on another. Labels
+may be damaged: stuck over, scratched and faded, each copy of an item in its own way.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -22,6 +24,8 @@ PIXELS_PER_M = 2000.0
 MOST_PIXELS = 700  # along a side
 _GLYPH = (7, 5)  # rows and columns of a glyph's bitmap
 _N_GLYPHS = 26
+_FADED, _N_SCRATCHES = (0.75, 1.0), 3  # shares of the contrast that are left, and scratches of a face at most
+_STICKERS, _LARGEST_STICKER = 0.4, 0.2  # share of faces that have one, and of a face that it covers at most
 
 
 def face_textures(item: Item, seed: int) -> tuple[ColourPicture, ...]:
@@ -38,6 +42,36 @@ def face_textures(item: Item, seed: int) -> tuple[ColourPicture, ...]:
         _face(item, derived_rng(seed, "texture", item.name, face), size, face)
         for face, size in enumerate(_face_sizes(item))
     )
+
+
+def damaged_faces(faces: Sequence[ColourPicture], seed: int, owner: str) -> tuple[ColourPicture, ...]:
+    """Damage the faces of one copy of an item.
+
+    Args:
+        faces: Pictures (height, width, 3) of its faces.
+        seed: Seed of the damage.
+        owner: Id of the copy.
+
+    Returns:
+        The faces: faded, with up to three scratches and perhaps a sticker of up to a fifth of the face each.
+    """
+    return tuple(_damaged(face, derived_rng(seed, "damage", owner, k)) for k, face in enumerate(faces))
+
+
+def _damaged(face: ColourPicture, rng: np.random.Generator) -> ColourPicture:
+    height, width = face.shape[:2]
+    picture = 128.0 + rng.uniform(*_FADED) * (face - 128.0) + rng.uniform(-10.0, 10.0)
+    y, x = np.mgrid[:height, :width]
+    for _ in range(rng.integers(0, _N_SCRATCHES + 1)):
+        turn, at = rng.uniform(0.0, np.pi), rng.uniform(0.0, 1.0, 2) * (width, height)
+        off = (x - at[0]) * np.sin(turn) - (y - at[1]) * np.cos(turn)
+        along = (x - at[0]) * np.cos(turn) + (y - at[1]) * np.sin(turn)
+        picture[(np.abs(off) < 1.0) & (np.abs(along) < rng.uniform(0.1, 0.4) * max(width, height))] = 225.0
+    if rng.random() < _STICKERS:
+        wide, high = (rng.uniform(0.2, np.sqrt(_LARGEST_STICKER)) * np.array([width, height])).astype(int)
+        left, top = (rng.uniform(0.0, 1.0, 2) * (width - wide, height - high)).astype(int)
+        picture[top : top + high, left : left + wide] = rng.uniform(120.0, 250.0, 3)
+    return np.asarray(np.clip(np.rint(picture), 0, 255).astype(np.uint8))
 
 
 def _face_sizes(item: Item) -> list[tuple[float, float]]:

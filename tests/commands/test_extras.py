@@ -18,7 +18,8 @@ sys.modules.update(dict.fromkeys(sys.argv.pop(1).split(",")))  # None: importing
 from pickcli.commands.main import main
 main()
 """
-NONE = "pybullet,ompl,matplotlib,distributed,xacro,mcap,mcap_ros2"
+NONE = "pybullet,ompl,matplotlib,distributed,xacro,mcap,mcap_ros2,cv2"
+MODULES = {"opencv-python-headless": "cv2"}  # of packages with another name
 
 
 def without(packages: str, *argv: object) -> subprocess.CompletedProcess[str]:
@@ -32,6 +33,21 @@ def without(packages: str, *argv: object) -> subprocess.CompletedProcess[str]:
         ("pybullet", "sim", ("make-scene", "jsk_pick_sample", "-o", "x.json")),
         ("pybullet", "sim", ("run-trial", "jsk_pick_sample", "-o", "x")),
         ("matplotlib", "view", ("inspect", "apc2016_delft", "--picture", "x.png")),
+        (
+            "opencv-python-headless",
+            "perception",
+            (
+                "perceive",
+                "--cell",
+                "apc2016_delft",
+                "--recorded",
+                "x.json",
+                "--sift",
+                "each-view",
+                "-o",
+                "y.json",
+            ),
+        ),
         ("ompl", "plan-offline", ("build-roadmap", "--jobs", "2", "-o", "x.h5")),
         ("ompl", "plan-offline", ("build-trajectories", "--planner", "RRTstar", "--jobs", "2", "-o", "x.h5")),
     ],
@@ -40,7 +56,7 @@ def test_the_extra_that_is_missing_is_named(
     package: str, extra: str, words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    done = without(package, *words)
+    done = without(MODULES.get(package, package), *words)
     assert done.returncode == 3, done.stderr
     assert f"needs {package}; install it with: pip install 'apc-pick[{extra}]'" in done.stderr
     assert "Traceback" not in done.stderr and done.stdout == ""

@@ -16,7 +16,7 @@ from support.command_line import apc
 DOCS = Path(__file__).parents[2] / "docs" / "commands.md"
 HEAVY = {
     *("numpy", "pybullet", "ompl", "toppra", "ruckig", "fcl", "h5py", "pydantic", "yaml", "rich", "scipy"),
-    *("dask", "distributed", "matplotlib"),
+    *("dask", "distributed", "matplotlib", "cv2"),
 }
 EVERYWHERE = {"--verbose", "--debug"}  # described once for all commands
 CELL = {"--cell", "--items", "--arm", "--standing"}  # described once for all commands that have them

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,13 @@ from PIL import Image
 
 from pickcli.cell.cell import Cell
 from pickcli.commands.perceived_lines import perceived_lines
-from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation, UnexplainedPart
+from pickcli.geometry import rotation_angle
+from pickcli.perception.items.item_observation import (
+    FoundBy,
+    ItemObservation,
+    PlaceObservation,
+    UnexplainedPart,
+)
 from pickcli.perception.items.perceived_file import read_perceived
 from pickcli.perception.viewpoints import viewpoints_of
 from pickcli.scene.scene import PoseNoise
@@ -49,6 +56,44 @@ def test_answers_are_drawn_over_the_picture(made: Made, tmp_path: Path) -> None:
     refused(apc(*argv, "--overwrite", "--picture", tmp_path / "drawn.jpg"), 3, "drawn.jpg", ".png")
     refused(apc(*argv[:-1], tmp_path / "b.json", "--picture", picture), 3, "drawn.png", "--overwrite")
     assert not (tmp_path / "b.json").exists()
+
+
+@pytest.mark.parametrize("views", ["all-views", "each-view"])
+def test_prints_tell_which_side_is_in_front(made: Made, cell: Cell, tmp_path: Path, views: str) -> None:
+    path = tmp_path / "perceived.json"
+    argv = (
+        "perceive",
+        "--scene",
+        made.scene,
+        "--camera",
+        "hand",
+        "--at",
+        "cam_C",
+        "--textures",
+        4,
+        "-o",
+        path,
+    )
+    answer = apc(*argv, "--sift", views)
+    assert answer.code == 0, answer.err
+    scene = read_scene(made.scene, cell)
+    (place,) = read_perceived(path, cell).places
+    by_print = [item for item in place.items if item.found_by is FoundBy.PRINT]
+    assert by_print and all(item.item.is_printed for item in by_print)
+    for item in by_print:
+        assert item.T_world_item is not None
+        R, R_true = item.T_world_item[:3, :3], scene.find(item.id).T_world_item[:3, :3]
+        assert rotation_angle(R.T @ R_true) < np.radians(10.0), item.id
+        assert re.search(rf"{item.id} +print", answer.out)
+    assert apc(*argv, "--overwrite").code == 0
+    (place,) = read_perceived(path, cell).places
+    assert {item.found_by for item in place.items} == {FoundBy.SHAPE}
+
+
+def test_a_way_to_compare_views_that_does_not_exist_is_told(made: Made, tmp_path: Path) -> None:
+    argv = ("perceive", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "-o", tmp_path / "a.json")
+    answer = apc(*argv, "--sift", "some-views")
+    assert answer.code == 2 and "'some-views' is not one of 'none', 'all-views', 'each-view'" in answer.err
 
 
 def test_what_was_perceived_is_inspected_and_checked(made: Made, tmp_path: Path) -> None:

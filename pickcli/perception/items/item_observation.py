@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 
@@ -10,6 +11,13 @@ from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.geometry import Array
 from pickcli.scene.scene import PoseNoise
+
+
+class FoundBy(StrEnum):
+    """By what the pose of an item was found."""
+
+    SHAPE = "shape"  # and its colours: which of several like sides is which is not known
+    PRINT = "print"  # what is printed on it was recognised there, too: all sides are known
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +79,7 @@ class ItemObservation:
             for any.
         support: How much of the picture speaks for it; None without a pose.
         agreement: How another look agrees with it; None by a single look, or without a pose.
+        found_by: By what it was found.
     """
 
     id: str
@@ -81,6 +90,7 @@ class ItemObservation:
     bound: PoseNoise | None
     support: Support | None
     agreement: Agreement | None = None
+    found_by: FoundBy = FoundBy.SHAPE
 
     @property
     def is_answer(self) -> bool:

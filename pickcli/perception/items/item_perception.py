@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse
 from pickcli.perception.items.agreement import FEW, agreed_confidence, agreement_with, matched, votes_on
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, confidence_of, truncated
-from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
 from pickcli.perception.items.item_search import ItemSearch, PoseEstimate
 from pickcli.perception.items.place_pictures import solids_around
 from pickcli.perception.items.place_view import view_of_place
@@ -28,8 +28,12 @@ from pickcli.perception.items.pose_bound import agreed_bound_of, bound_of
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import coarse_view, room_sight
+from pickcli.perception.items.symmetry import faced_as
 from pickcli.perception.items.unknown_voxels import ASIDE, unknown_boxes, unrecognised_boxes
 from pickcli.perception.rendered_scene import RenderedScene
+
+if TYPE_CHECKING:  # it needs OpenCV
+    from pickcli.perception.items.print_search import PrintSearch
 
 MEAN_DEPTH = 0.3  # of the deformation, in which the surface of a deformed look is in the mean
 
@@ -100,6 +104,7 @@ class PlaceLook:
         T_world_place: Array,
         listed: Sequence[ListedItem],
         known: RenderedScene,
+        prints: PrintSearch | None = None,
     ) -> PlaceLook:
         """Search for the listed items of a place in a picture.
 
@@ -111,6 +116,7 @@ class PlaceLook:
             T_world_place: (4, 4) its pose.
             listed: What is known to be in it.
             known: All that is known to be around, without items.
+            prints: How prints are looked for; None for shapes and colours only.
 
         Returns:
             The look.
@@ -127,7 +133,10 @@ class PlaceLook:
         if not sight.is_enough:
             raise InputError(f"{place.name}: {sight.fault}; look from before it")
         solids = solids_around(known, place, T_world_place, rgbd.T_world_camera)
-        search = ItemSearch(place, view, models, solids, rgbd.depth_model)
+        items = [each.item for each in listed]
+        recognised = {} if prints is None else prints.run(rgbd, view, items)
+        by_print = {i: recognised[item] for i, item in enumerate(items) if item in recognised}
+        search = ItemSearch(place, view, models, solids, rgbd.depth_model, by_print)
         found = search.run() if listed else {}
         return cls(rgbd, place, T_world_place, tuple(listed), search, found, sight.seen)
 
@@ -175,8 +184,9 @@ _Pair: TypeAlias = tuple[PlaceLook, PlaceLook]
 
 
 def perceive_items(
-    rgbd: RgbdPicture, place: Place, T_world_place: Array, listed: Sequence[ListedItem], known: RenderedScene
-) -> PlaceObservation:
+    rgbd: RgbdPicture, place: Place, T_world_place: Array, listed: Sequence[ListedItem],
+    known: RenderedScene, prints: PrintSearch | None = None,
+) -> PlaceObservation:  # fmt: skip
     """Find the listed items of a place in one look.
 
     Args:
@@ -185,6 +195,7 @@ def perceive_items(
         T_world_place: (4, 4) its pose.
         listed: What is known to be in it.
         known: All that is known to be around, without items.
+        prints: How prints are looked for; None for shapes and colours only.
 
     Returns:
         An answer for each item, in their order.
@@ -192,7 +203,7 @@ def perceive_items(
     Raises:
         InputError: The picture shows too little of the place, or an item has no model.
     """
-    return concluded([PlaceLook.of(rgbd, place, T_world_place, listed, known)])
+    return concluded([PlaceLook.of(rgbd, place, T_world_place, listed, known, prints)])
 
 
 def concluded(looks: Sequence[PlaceLook]) -> PlaceObservation:
@@ -242,7 +253,10 @@ def _answers(look: PlaceLook) -> tuple[ItemObservation, ...]:
         bound = bound_of(each.item, support, look.rgbd.depth_model, confidence, each.deformation)
         refusal = _refusal(look, look.poses[i], confidence)
         answers.append(
-            ItemObservation(each.id, each.item, look.poses[i], confidence, refusal, bound, support)
+            replace(
+                ItemObservation(each.id, each.item, look.poses[i], confidence, refusal, bound, support),
+                found_by=look.found[i].found_by,
+            )
         )
     return tuple(answers)
 
@@ -329,7 +343,10 @@ def _agreed_answer(looks: _Pair, at: tuple[int, int], each: ListedItem) -> ItemO
     confidence = agreed_confidence(support, one.lost(i), len(one.listed), agreement)
     bound = agreed_bound_of(each.item, support, one.rgbd.sensor, confidence, agreement, each.deformation)
     refusal = _refusal(one, T, confidence)
-    return ItemObservation(each.id, each.item, T, confidence, refusal, bound, support, agreement)
+    found_by = one.found[i].found_by
+    if found_by is FoundBy.SHAPE and other.found[k].found_by is FoundBy.PRINT:
+        T, found_by = faced_as(each.item.shape, T, other.poses[k]), FoundBy.PRINT
+    return ItemObservation(each.id, each.item, T, confidence, refusal, bound, support, agreement, found_by)
 
 
 def _refusal(look: PlaceLook, T_world_item: Array, confidence: float) -> str:

@@ -19,7 +19,7 @@ from pickcli.cell.place import Place
 from pickcli.cell.sensors.sensor_model import DepthModel
 from pickcli.geometry import Array, inverse, transform_points
 from pickcli.perception.items.colour_model import colour_labels
-from pickcli.perception.items.item_observation import Support, UnexplainedPart
+from pickcli.perception.items.item_observation import FoundBy, Support, UnexplainedPart
 from pickcli.perception.items.line_of_sight import LineOfSight, unexplained_depth
 from pickcli.perception.items.place_pictures import (
     KnownSolids,
@@ -36,6 +36,7 @@ from pickcli.perception.items.pose_starts import (
     spread_points,
 )
 from pickcli.perception.items.product_model import ProductModel
+from pickcli.perception.items.symmetry import displacement_between, faced_as
 from pickcli.perception.surface_view import FloatPicture
 
 _THINNED = 4.0  # pixels that one of the thinned view stands for
@@ -61,6 +62,7 @@ _ODD, _ODD_AREA = 1.4, 7  # nats of a pixel in the mean over so many px square
 _SPARSE, _MOSTLY = 0.2, 0.6  # shares of an area, and of what was measured in it, that are before
 _LEAST_PART = 130  # pixels of 2 mm, of a part that is told
 _NEAR, _COARSELY_NEAR = 0.006, 0.01  # m between a surface and what was measured of it
+_AT_PRINT = 0.015  # m of the surface, up to which a pose is the one in which its print was recognised
 _SETTLED, _OFF = 0.5, 0.1  # shares of what an item shows that are supported at least, and off at most
 
 
@@ -71,10 +73,12 @@ class PoseEstimate:
     Attributes:
         T_camera_item: (4, 4) in the camera's frame.
         support: How much of the picture speaks for it.
+        found_by: By what it was found.
     """
 
     T_camera_item: Array
     support: Support
+    found_by: FoundBy = FoundBy.SHAPE
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +104,8 @@ class ItemSearch:
         models: Models of the listed items.
         solids: Known solids around.
         depth_model: How depth was measured.
+        by_print: Poses (K, 4, 4) in the camera's frame in which prints were recognised, by index of the item,
+            those with most matches first.
     """
 
     def __init__(
@@ -109,7 +115,9 @@ class ItemSearch:
         models: list[ProductModel],
         solids: KnownSolids,
         depth_model: DepthModel,
+        by_print: Mapping[int, Array],
     ) -> None:
+        self._by_print = by_print
         self._place, self._models, self._depth_model = place, models, depth_model
         self._T_camera_place, self._view = view.T_camera_place, view
         self._thin = view.thinned
@@ -128,7 +136,7 @@ class ItemSearch:
         """
         n = len(self._models)
         up = self._T_camera_place[:3, 2]
-        options = [np.zeros((0, 4, 4))] * n
+        options = [self._by_print.get(i, np.zeros((0, 4, 4))) for i in range(n)]
         placed, poses, margins = np.zeros(0, dtype=np.int32), np.zeros((0, 4, 4)), np.zeros(n)
         is_settled = [False] * n
         for n_seeds in _N_SEEDS:
@@ -140,12 +148,35 @@ class ItemSearch:
             is_settled = self._settled(placed, poses)
             if all(is_settled):
                 break
+        poses = self._faced(placed, poses)
         poses = self._fine.refined(placed, poses, None, _FINE_STEPS, _FINE_PENETRATION, 2)
+        poses = self._faced(placed, poses)  # some are near to one by print only now
         evidence = self._fine.evidence(placed, poses, _NEAR)
         return {
-            int(i): PoseEstimate(T, _support(row, float(margins[i]), self._spread(placed, poses, k)))
+            int(i): PoseEstimate(
+                T, _support(row, float(margins[i]), self._spread(placed, poses, k)), self._found_by(int(i), T)
+            )
             for k, (i, T, row) in enumerate(zip(placed, poses, evidence, strict=True))
         }
+
+    def _faced(self, placed: NDArray[np.int32], poses: Array) -> Array:
+        """The poses with the faces of those near to them in which their prints were recognised."""
+        faced = [self._seen_print(int(i), T) for i, T in zip(placed, poses, strict=True)]
+        return np.array(
+            [
+                T if T_print is None else faced_as(self._models[i].item.shape, T, T_print)
+                for i, T, T_print in zip(placed, poses, faced, strict=True)
+            ]
+        ).reshape(-1, 4, 4)
+
+    def _seen_print(self, i: int, T: Array) -> Array | None:
+        """Of poses (4, 4) near to one in which the print of an item was recognised that with most matches."""
+        shape = self._models[i].item.shape
+        by_print = self._by_print.get(i, ())
+        return next((each for each in by_print if displacement_between(shape, T, each) < _AT_PRINT), None)
+
+    def _found_by(self, i: int, T: Array) -> FoundBy:
+        return FoundBy.SHAPE if self._seen_print(i, T) is None else FoundBy.PRINT
 
     def _spread(self, placed: NDArray[np.int32], poses: Array, k: int) -> PoseSpread:
         """How far one of the poses may be off, all others being right."""
@@ -263,7 +294,7 @@ class ItemSearch:
         ]
         if self._lost(i) > _OFTEN_LOST:
             starts.append(blind_starts(shape, eye, left.rays, room))
-        every = np.concatenate(starts)
+        every = np.concatenate([*starts, inverse(T) @ self._by_print.get(i, np.zeros((0, 4, 4)))])
         if not len(every):
             return every
         counts = (_N_SEARCHED, _N_KEPT)

@@ -26,6 +26,7 @@ from pickcli.files.source import Key, Source
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.geometry import Array, from_quaternion, inverse, pose, to_quaternion
 from pickcli.perception.items.item_observation import (
+    FoundBy,
     ItemObservation,
     PlaceObservation,
     Support,
@@ -207,7 +208,9 @@ def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> It
     support = None if model.support is None else Support(**model.support.model_dump())
     bound = None if model.bound is None else PoseNoise(**model.bound.model_dump())
     item = cell.item(model.name, model.year)
-    return ItemObservation(model.id, item, T, model.confidence, model.refusal, bound, support)
+    return ItemObservation(
+        model.id, item, T, model.confidence, model.refusal, bound, support, found_by=FoundBy(model.found_by)
+    )
 
 
 def _pose(source: Source, key: Key, model: PerceivedPoseModel) -> Array:
@@ -225,6 +228,7 @@ def _item_values(item: ItemObservation) -> dict[str, Any]:
         "name": item.item.name,
         "year": item.item.year,
         "pose": None if item.T_world_item is None else _pose_values(item.T_world_item),
+        "found_by": item.found_by.value,
         "confidence": item.confidence,
         "refusal": item.refusal,
         "bound": None if item.bound is None else item.bound.figures,

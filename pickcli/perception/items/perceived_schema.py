@@ -44,6 +44,7 @@ class PerceivedItemModel(FileModel):
     name: Text = Field(description="an item's name")
     year: int = Field(description="2015 or 2016")
     pose: PerceivedPoseModel | None = Field(description="a pose in the world, or null")
+    found_by: Literal["shape", "print"] = Field("shape", description='"shape" or "print"')
     confidence: float = Field(ge=0, le=1, description="a probability")
     refusal: Annotated[str, Field(max_length=200)] = Field(description='why the pose is not used, or ""')
     bound: NoiseModel | None = Field(description="bounds of the error of the pose, or null")

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, rotation_angle, rotation_axis_angle
+from pickcli.geometry import Array, pose, rotation_angle, rotation_axis_angle
 from pickcli.scene.scene import PoseNoise
 
 SAME_SIDE = 0.002  # m by which two sides of a box may differ and still be taken for each other
@@ -66,6 +66,40 @@ def turn_between(shape: Shape, R: Array, R_true: Array) -> float:
     if shape.kind is ShapeKind.CYLINDER:
         return float(np.arccos(np.clip(abs(R[:, 2] @ R_true[:, 2]), 0.0, 1.0)))
     return min(rotation_angle(R.T @ R_true @ S) for S in symmetries(shape))
+
+
+def faced_as(shape: Shape, T: Array, T_faced: Array) -> Array:
+    """Turn a pose so that the shape does not show it, but its faces are those of another pose.
+
+    Args:
+        shape: The shape.
+        T: (4, 4) a pose of it.
+        T_faced: (4, 4) a pose with the right faces.
+
+    Returns:
+        (4, 4) of all poses that look like the first one that with the least turn to the second.
+    """
+    R, R_faced = T[:3, :3], T_faced[:3, :3]
+    if shape.kind is ShapeKind.SPHERE:
+        turned = R_faced
+    elif shape.kind is ShapeKind.CYLINDER:
+        turned = min(
+            (_rolled(R @ S, R_faced) for S in symmetries(shape)), key=lambda each: _turn(each, R_faced)
+        )
+    else:
+        turned = min((R @ S for S in symmetries(shape)), key=lambda each: _turn(each, R_faced))
+    return pose(T[:3, 3], R=turned)
+
+
+def _rolled(R: Array, R_faced: Array) -> Array:
+    """The orientation (3, 3), rolled about its own z to be as near to another as that makes it."""
+    between = R.T @ R_faced
+    roll = np.arctan2(between[1, 0] - between[0, 1], between[0, 0] + between[1, 1])
+    return np.asarray(R @ rotation_axis_angle(np.eye(3)[2], float(roll)))
+
+
+def _turn(R: Array, R_other: Array) -> float:
+    return float(rotation_angle(R.T @ R_other))
 
 
 def error_of(shape: Shape, T: Array, T_true: Array) -> PoseNoise:

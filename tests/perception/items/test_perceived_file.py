@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError, UnknownNameError
+from pickcli.perception.items.item_observation import FoundBy
 from pickcli.perception.items.perceived_file import (
     Perceived,
     perceived_values,
@@ -48,6 +50,7 @@ def test_a_file_is_read_as_it_was_written(perceived: Perceived, cell: Cell, tmp_
         (("camera",), "waist", "has no camera waist, it has hand, boom"),
         (("sensor",), "carmine", "camera hand of cell apc2016_delft is ensenso by now"),
         (("places", 0, "items", 0, "confidence"), 1.5, "confidence"),
+        (("places", 0, "items", 0, "found_by"), "smell", '"shape" or "print"'),
         (("places", 0, "items", 0, "pose", "quaternion"), [0.0, 0.0, 0.0, 0.5], "expected a length of 1"),
         (("places", 0, "items", 0, "pose", "position"), [0.0, 0.0], "position"),
         (("places", 0, "items", 0, "name"), "no_such_item", "no_such_item"),
@@ -84,3 +87,18 @@ def test_what_is_not_known_has_to_be_stated(
     path.write_text(json.dumps(content))
     with pytest.raises(InputError, match=key):
         read_perceived(path, cell)
+
+
+def test_by_what_items_were_found_is_kept_and_older_files_do_not_say(
+    perceived: Perceived, cell: Cell, tmp_path: Path
+) -> None:
+    path = tmp_path / "perceived.json"
+    (place,) = perceived.places
+    items = tuple(replace(each, found_by=FoundBy.PRINT) for each in place.items)
+    write_perceived(replace(perceived, places=(replace(place, items=items),)), path)
+    assert {each.found_by for each in read_perceived(path, cell).places[0].items} == {FoundBy.PRINT}
+    content = json.loads(path.read_text())
+    for item in content["places"][0]["items"]:
+        del item["found_by"]
+    path.write_text(json.dumps(content))
+    assert {each.found_by for each in read_perceived(path, cell).places[0].items} == {FoundBy.SHAPE}

@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, pose, rotation_axis_angle, rotation_rpy
-from pickcli.perception.items.symmetry import displacement_between, symmetries, turn_between, unlikeness
+from pickcli.geometry import Array, pose, rotation_angle, rotation_axis_angle, rotation_rpy
+from pickcli.perception.items.symmetry import (
+    displacement_between,
+    faced_as,
+    symmetries,
+    turn_between,
+    unlikeness,
+)
 
 BRICK = Shape(ShapeKind.BOX, (0.2, 0.1, 0.05))
 COLUMN = Shape(ShapeKind.BOX, (0.1, 0.1, 0.3))
@@ -66,3 +72,16 @@ def test_a_quarter_turn_of_a_brick_is_one() -> None:
     assert turn_between(BRICK, rotation_axis_angle((0.0, 0.0, 1.0), np.pi / 2), np.eye(3)) == pytest.approx(
         np.pi / 2
     )
+
+
+@pytest.mark.parametrize("shape", [BRICK, COLUMN, CUBE, CAN, BALL])
+def test_a_pose_is_faced_as_another_and_looks_as_it_did(shape: Shape) -> None:
+    T_faced = pose((0.2, 0.1, 0.4), R=rotation_rpy(0.3, -1.0, 2.0))
+    roll = 0.0 if shape not in (CAN, BALL) else 1.2
+    about = rotation_axis_angle((0.0, 0.0, 1.0), roll) @ rotation_axis_angle((1.0, 0.0, 0.0), 0.02)
+    for S in symmetries(shape):
+        T = pose(T_faced[:3, 3], R=T_faced[:3, :3] @ about @ S)
+        found = faced_as(shape, T, T_faced)
+        assert rotation_angle(found[:3, :3].T @ T_faced[:3, :3]) < 0.03
+        assert displacement_between(shape, found, T) < 1e-6
+        assert np.linalg.det(found[:3, :3]) == pytest.approx(1.0)

@@ -1,0 +1,10 @@
+"""Printed items recognised by what is printed on them: SIFT features with their places on the item.
+
+After KTH (paper 000, III-B). The only package that uses OpenCV, an extra.
+
+- `opencv` imports the library, for one thread, or says how to install it.
+- `print_features` are what SIFT finds in a picture.
+- A `print_model` is made of 46 renderings of an item alone.
+- `print_matching` says which features of a picture are like which of a model, by all its views or each view.
+- A `print_pose` follows from such matches, by PnP.
+"""

@@ -1,0 +1,111 @@
+"""With their prints, items are found with the right face; without OpenCV nothing else is different."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.geometry import inverse, rotation_angle
+from pickcli.perception.items.item_observation import FoundBy
+from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded, perceive_items
+from pickcli.perception.items.perceived_file import Perceived, perceived_values
+from pickcli.perception.items.place_view import view_of_place
+from pickcli.perception.items.print_search import PrintSearch, picture_features
+from pickcli.perception.textures.print_matching import SiftViews
+from pickcli.random_scenes.make_scene import make_scene
+from support.filled_bins import Filled, looked_at, looked_at_aslant
+
+PRINTS = PrintSearch(SiftViews.ALL, 21)
+CONTENTS = ("dove_beauty_bar", "crayola_24_ct", "rawlings_baseball", "womens_knit_gloves")
+
+
+@pytest.fixture(scope="module")
+def printed(cell: Cell) -> Filled:
+    return looked_at(make_scene({"bin_E": CONTENTS}, cell, seed=6), texture_seed=21)
+
+
+def look(seen: Filled, listed: list[ListedItem], prints: PrintSearch | None = PRINTS) -> PlaceLook:
+    return PlaceLook.of(seen.rgbd, seen.place, seen.T_world_place, listed, seen.known, prints)
+
+
+def test_prints_tell_the_faces_and_shapes_do_not(printed: Filled) -> None:
+    observed = concluded([look(printed, printed.listed)])
+    n_by_print = 0
+    for answer in observed.items:
+        if answer.found_by is not FoundBy.PRINT:
+            continue
+        n_by_print += 1
+        assert answer.is_answer and answer.item.is_printed and answer.T_world_item is not None
+        true = printed.scene.find(answer.id).T_world_item
+        assert rotation_angle(answer.T_world_item[:3, :3].T @ true[:3, :3]) < np.radians(10.0), answer.id
+        assert np.linalg.norm(answer.T_world_item[:3, 3] - true[:3, 3]) < 0.004, answer.id
+    assert n_by_print >= 2
+    alone = printed.perceived()
+    assert all(answer.found_by is FoundBy.SHAPE for answer in alone.items)
+
+
+def test_what_is_not_printed_or_not_there_is_not_claimed_by_print(printed: Filled) -> None:
+    absent = [printed.scene.cell.item(name, 2016) for name in ("laugh_out_loud_joke_book", "command_hooks")]
+    listed = [*printed.listed, *(ListedItem(item.name, item) for item in absent)]
+    view = view_of_place(printed.rgbd, printed.place, printed.T_world_place, printed.known)
+    assert view is not None
+    found = PRINTS.run(printed.rgbd, view, [each.item for each in listed])
+    assert {item.name for item in found} <= {name for name in CONTENTS if name != "womens_knit_gloves"}
+    assert PRINTS.run(printed.rgbd, view, [printed.scene.cell.item("womens_knit_gloves", 2016)]) == {}
+
+
+def test_prints_of_another_set_change_nothing_but_time(printed: Filled) -> None:
+    other = concluded([look(printed, printed.listed, PrintSearch(SiftViews.ALL, 22))])
+    assert all(answer.found_by is FoundBy.SHAPE for answer in other.items)
+    T = printed.rgbd.T_world_camera
+    ours, theirs = (Perceived("c", "hand", "s", T, (each,)) for each in (other, printed.perceived()))
+    assert perceived_values(ours) == perceived_values(theirs)
+
+
+def test_same_picture_same_bytes(printed: Filled) -> None:
+    texts = []
+    for _ in range(2):
+        observed = perceive_items(
+            printed.rgbd, printed.place, printed.T_world_place, printed.listed, printed.known, PRINTS
+        )
+        texts.append(
+            str(perceived_values(Perceived("c", "hand", "s", printed.rgbd.T_world_camera, (observed,))))
+        )
+    assert texts[0] == texts[1]
+
+
+def test_a_face_that_one_of_two_looks_knows_is_known(printed: Filled) -> None:
+    aslant = looked_at_aslant(printed.scene, texture_seed=21)
+    looks = [look(printed, printed.listed), look(aslant, printed.listed, None)]
+    for answer in concluded(looks).items:
+        if answer.found_by is FoundBy.PRINT and answer.T_world_item is not None:
+            true = printed.scene.find(answer.id).T_world_item
+            assert rotation_angle(answer.T_world_item[:3, :3].T @ true[:3, :3]) < np.radians(10.0)
+    by = {answer.id: answer.found_by for answer in concluded(looks).items}
+    alone = {answer.id: answer.found_by for answer in concluded(looks[:1]).items}
+    assert {name for name, how in by.items() if how is FoundBy.PRINT} == {
+        name for name, how in alone.items() if how is FoundBy.PRINT
+    }
+
+
+def test_features_are_where_items_are(printed: Filled) -> None:
+    view = view_of_place(printed.rgbd, printed.place, printed.T_world_place, printed.known)
+    assert view is not None
+    seen = picture_features(printed.rgbd, view)
+    assert len(seen.features) > 100
+    is_measured = np.isfinite(seen.points).all(axis=1)
+    np.testing.assert_allclose(
+        seen.camera.project(seen.points[is_measured]), seen.features.pixels[is_measured], atol=1e-6
+    )
+    T_place_camera = inverse(view.T_camera_place)
+    at = seen.points[is_measured] @ T_place_camera[:3, :3].T + T_place_camera[:3, 3]
+    room = printed.place.room
+    assert ((at > room.low - 0.03) & (at < room.high + 0.03)).all(axis=1).mean() > 0.98
+
+
+def test_an_empty_place_has_no_prints(printed: Filled) -> None:
+    empty = looked_at(replace(printed.scene, items=()), texture_seed=21)
+    assert not any(answer.is_answer for answer in concluded([look(empty, printed.listed)]).items)
