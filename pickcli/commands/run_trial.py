@@ -43,7 +43,8 @@ if TYPE_CHECKING:
 )  # fmt: skip
 @click.option("--overwrite", is_flag=True,
               help="Replace scene.json, after.json, trial.json, motion.json.gz, output.json, before.png and "
-                   "after.png in a folder that exists; its other files stay.")  # fmt: skip
+                   "after.png in a folder that exists, and its look_NNN_PLACE.png, plan_NNN.json and "
+                   "seen_NNN.json; its other files stay.")  # fmt: skip
 @click.option("--live", is_flag=True, help="Serve the trial's page at 127.0.0.1 while it is played.")
 @click.option(
     "--live-port", type=NumberType(1, 65535), help="Port of --live, which it implies.  [default: a free one]"
@@ -132,7 +133,7 @@ def command(
             plans = [path for path in paths if any(path.match(pattern) for pattern in PLANS)]
             told = [f"wrote {path}" for path in paths if path not in (*looks, *plans)]
             told += [f"wrote {folder / LOOKS}: {len(looks)} pictures"] if looks else []
-            told += [f"wrote {folder / PLANS[0]}: of {len(plans) // 2} attempts"] if plans else []
+            told += [f"wrote {folder / PLANS[0]}, {PLANS[1]}: {len(plans) // 2} of each"] if plans else []
             click.echo("\n".join(told))
     if not result.is_clean:
         raise TrialAbortedError(_what_went_wrong(result))
@@ -140,10 +141,10 @@ def command(
 
 def _refuse_outputs(folder: Path, overwrite: bool, inputs: Sequence[Path | str | None]) -> None:
     """Refuse, before any work, a folder that must not be written, or that contains an input."""
-    from pickcli.trial.trial_folder import NAMES, refuse_existing_folder
+    from pickcli.trial.trial_folder import NAMES, numbered_files, refuse_existing_folder
 
     refuse_existing_folder(folder, overwrite)
-    outputs = [folder / name for name in NAMES]
+    outputs = [*(folder / name for name in NAMES), *numbered_files(folder)]
     refuse_same(*outputs)
     for path in outputs:
         refuse_reading(path, *inputs)

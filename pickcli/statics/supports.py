@@ -11,6 +11,10 @@ from pickcli.statics.balance import Balance
 from pickcli.statics.contact_graph import ContactGraph
 from pickcli.statics.solid_contact import SolidContact
 
+HEAVIEST_SLUMP = (
+    0.6  # kg: what is heavier, and falls on one end of another item, may throw that out
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Supports:
@@ -57,7 +61,8 @@ class Supports:
 
         Between the walls of an open box nothing falls far. Items beside or below the removed one give way
         downwards: a centre of mass that is not lifted does not rise, so it does not get over the rim. Items
-        that lie on the removed one, directly or indirectly, would be lifted and are not included.
+        that lie on the removed one, directly or indirectly, would be lifted and are not included, nor is what
+        is heavy: it could throw others out.
 
         Args:
             item_id: Id of the removed item.
@@ -72,7 +77,9 @@ class Supports:
         return tuple(
             name
             for name in self.falling(item_id)
-            if name not in lifted and not self.may_leave_over(rim, name)
+            if name not in lifted
+            and self.graph.items[name].item.heaviest <= HEAVIEST_SLUMP
+            and not self.may_leave_over(rim, name)
         )
 
     def blocking(self, item_id: str) -> tuple[str, ...]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace as replaced
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,8 +30,9 @@ if TYPE_CHECKING:
 MOTION, RECORD = "motion.json.gz", "trial.json"
 LOOKS = "look_*.png"
 PLANS = "plan_*.json", "seen_*.json"  # of --plans
+_NUMBERED = re.compile(r"(plan|seen)_\d{3,}\.json|look_\d{3,}_\w+\.png")
 
-# All files of the folder, which are replaced in an existing one, besides those of looks. The first is written
+# All files of the folder, which are replaced in an existing one, besides numbered ones. The first is written
 # only for orders with a claim.
 NAMES = ("output.json", "scene.json", "after.json", "trial.json", "motion.json.gz", "before.png", "after.png")
 
@@ -61,6 +64,19 @@ def look_name(number: int, place: str) -> str:
     return f"look_{number:03}_{place}"
 
 
+def numbered_files(folder: Path) -> tuple[Path, ...]:
+    """List the pictures of looks, plans and scenes in a folder, which a trial written there removes.
+
+    Args:
+        folder: The folder, which need not exist.
+
+    Returns:
+        Paths with such names.
+    """
+    there = sorted(folder.iterdir()) if folder.is_dir() else []
+    return tuple(path for path in there if _NUMBERED.fullmatch(path.name))
+
+
 def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
     """Refuse a folder, before any work, if the results could not be written there.
 
@@ -75,6 +91,9 @@ def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
         raise InputError(f"{folder}: is a file; name a folder with -o")
     if folder.exists() and any(folder.iterdir()) and not overwrite:
         raise InputError(f"{folder}: exists already; name another folder with -o or add --overwrite")
+    for path in numbered_files(folder):
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder, where a trial has files; name another with -o")
     _refuse_unwritable(folder)
 
 
@@ -145,10 +164,10 @@ def write_folder(
 
 
 def _plans(attempts: Iterable[Attempt]) -> Iterator[tuple[str, Callable[[Path], None]]]:
-    """Yield the files of the attempts that have a plan, by name, and what writes them."""
+    """Yield the files of the attempts that have a plan, by name, and what writes them; without wall times."""
     for k, attempt in enumerate(attempts, start=1):
         if attempt.plan is not None and attempt.seen is not None:
-            yield f"plan_{k:03}.json", partial(write_plan, attempt.plan)
+            yield f"plan_{k:03}.json", partial(write_plan, replaced(attempt.plan, statistics={}))
             yield f"seen_{k:03}.json", partial(write_scene, attempt.seen)
 
 
@@ -199,9 +218,8 @@ def _put(prepared: Path, folder: Path, replace: bool) -> dict[str, str]:
     try:
         if not (folder / RECORD).is_dir():
             (folder / RECORD).unlink(missing_ok=True)
-        for pattern in (LOOKS, *PLANS):  # of a trial that was here before, which may have had more of them
-            for path in folder.glob(pattern):
-                path.unlink(missing_ok=True)
+        for path in numbered_files(folder):  # of a trial before, which may have more
+            path.unlink(missing_ok=True)
         for name in names:
             try:
                 (prepared / name).replace(folder / name)

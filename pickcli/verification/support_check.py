@@ -14,13 +14,15 @@ from pickcli.verification.pile_statics import may_leave, removal
 from pickcli.verification.push_check import pushed_by
 from pickcli.verification.separation import separation
 
+HEAVIEST_SLUMP = 0.6  # kg: what is heavier, and falls on one end of another item, may throw that out
+
 
 def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """Check that no item is taken away that others rest or lean on.
 
     In a box that is open above, items that lose their support slump. That is allowed, unless they would be
-    lifted along or are so high that they could fall over the rim. Items that the plan may push aside may lie
-    on the taken one, if ``check_push`` accepts that.
+    lifted along, are so high that they could fall over the rim, or so heavy that they could throw others out.
+    Items that the plan may push aside may lie on the taken one, if ``check_push`` accepts that.
 
     Args:
         plan: The plan.
@@ -61,6 +63,8 @@ def _fault(taken: str, name: str, why: str) -> Reason:
 
 
 def _stays_in(scene: Scene, placed: PlacedItem) -> bool:
-    """Whether an item is in a box that is open above, and cannot get over its rim by falling."""
+    """Whether an item is in a box that is open above, is light, and cannot get over its rim by falling."""
     place = scene.cell.places.get(placed.location)
-    return place is not None and place.is_open_box and not may_leave(scene, place, placed)
+    if place is None or not place.is_open_box or placed.item.heaviest > HEAVIEST_SLUMP:
+        return False
+    return not may_leave(scene, place, placed)

@@ -13,7 +13,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.statics.supports import Supports, supports_of
+from pickcli.statics.supports import HEAVIEST_SLUMP, Supports, supports_of
 
 CRATES = load_cell("ur5e_crates")
 CRATE = "crate_left"
@@ -81,6 +81,14 @@ def test_the_barrier_is_as_high_as_a_ball_inside_of_the_item() -> None:
         placed = PlacedItem(name, CRATES.item(name), CRATE, CRATES.T_world_place(CRATES.places[CRATE]))
         above = of(placed).barrier(0.0, name)
         assert above > 0.0 and placed.item.shape.contains(0.999 * above * ways).all()
+
+
+def test_what_is_heavy_does_not_slump() -> None:
+    """It could throw out what it falls on."""
+    pier, plank, block = seesaw(0.05)
+    heavy = replace(plank, item=replace(plank.item, mass=HEAVIEST_SLUMP))
+    supports = of(pier, heavy, block)
+    assert supports.falling("block") == supports.blocking("block") == ("plank",)
 
 
 def test_on_a_shelf_nothing_slumps() -> None:

@@ -137,6 +137,21 @@ def test_existing_results_are_not_replaced_unasked(tmp_path: Path) -> None:
     assert "is a file" in message
 
 
+@pytest.mark.parametrize("name", ["plan_003.json", "seen_012.json", "trial.json"])
+def test_an_order_that_the_trial_would_replace_is_refused(name: str, tmp_path: Path) -> None:
+    order = tmp_path / name
+    shutil.copy(TASKS / "delft_pick_2.json", order)
+    told = refused(run(order, "--overwrite", "-o", tmp_path))
+    assert "is an input of this command" in told and order.exists()
+
+
+def test_a_folder_where_a_file_would_be_is_refused_before_any_work(tmp_path: Path) -> None:
+    (tmp_path / "plan_050.json").mkdir()
+    (tmp_path / "trial.json").write_text("old")
+    told = refused(run(TASKS / "delft_pick_2.json", "--overwrite", "-o", tmp_path))
+    assert "plan_050.json: is a folder" in told and (tmp_path / "trial.json").read_text() == "old"
+
+
 def test_a_bad_reality_is_refused_before_any_work(tmp_path: Path) -> None:
     (tmp_path / "hall.yaml").write_text("format: apc reality\nversion: 1\nlook_tme: 2\n")
     order, levels = TASKS / "jsk_pick_sample.json", tmp_path / "hall.yaml"
@@ -164,7 +179,7 @@ def test_every_plan_that_is_kept_is_accepted_for_the_scene_beside_it(tmp_path: P
     played = run(order, "--seed", "5", "--plans", "-o", tmp_path / "trial")
     assert played.exit_code == 0, played.output
     plans = sorted((tmp_path / "trial").glob("plan_*.json"))
-    assert len(plans) >= 2 and f"plan_*.json: of {len(plans)} attempts" in played.stdout
+    assert len(plans) >= 2 and f"plan_*.json, seen_*.json: {len(plans)} of each" in played.stdout
     for plan in plans:
         seen = plan.with_name(plan.name.replace("plan_", "seen_"))
         assert apc("verify", plan, "--scene", seen).code == 0

@@ -17,6 +17,7 @@ from pickcli.trial.order import OrderKind
 from pickcli.trial.order_file import read_order
 from pickcli.trial.trial_folder import (
     NAMES,
+    numbered_files,
     pictures_of_looks,
     read_look_pictures,
     refuse_existing_folder,
@@ -122,15 +123,21 @@ def test_plans_of_attempts_are_kept_on_request_and_those_of_an_earlier_trial_are
     result = run_trial(ORDER, ScriptedTrial(scene_of(ORDER, CELL)).interfaces())
     record = trial_record(result, "order.json", wall_s=0.5)
     (tmp_path / "plan_900.json").write_text("of an earlier trial")
+    others = ("plan_mine.json", "seen_1.json", "look_mine.png", "plan_007.txt")
+    for name in others:
+        (tmp_path / name).write_text("mine")
     write_folder(tmp_path, result, record, {}, with_plans=True)
     planned = [k for k, attempt in enumerate(result.attempts, start=1) if attempt.plan is not None]
     assert planned
-    assert sorted(path.name for path in tmp_path.glob("plan_*")) == [f"plan_{k:03}.json" for k in planned]
+    numbered = [path.name for path in numbered_files(tmp_path) if path.name.startswith("plan")]
+    assert numbered == [f"plan_{k:03}.json" for k in planned]
     for k in planned:
         attempt = result.attempts[k - 1]
         assert attempt.plan is not None and attempt.seen is not None
-        assert json.loads((tmp_path / f"plan_{k:03}.json").read_text())["query"] == attempt.plan.query
+        kept = json.loads((tmp_path / f"plan_{k:03}.json").read_text())
+        assert kept["query"] == attempt.plan.query and kept["statistics"] == {}
         seen = json.loads((tmp_path / f"seen_{k:03}.json").read_text())
         assert [placed["id"] for placed in seen["items"]] == [placed.id for placed in attempt.seen.items]
     write_folder(tmp_path, result, record, {})
-    assert not list(tmp_path.glob("plan_*")) and not list(tmp_path.glob("seen_*"))
+    assert not numbered_files(tmp_path)
+    assert all((tmp_path / name).read_text() == "mine" for name in others)
