@@ -11,9 +11,7 @@ from pickcli.statics.balance import Balance
 from pickcli.statics.contact_graph import ContactGraph
 from pickcli.statics.solid_contact import SolidContact
 
-HEAVIEST_SLUMP = (
-    0.6  # kg: what is heavier, and falls on one end of another item, may throw that out
-)
+HEAVIEST_SLUMP = 0.6  # kg: what is heavier, and falls on one end of another item, may throw that out
 
 
 @dataclass(frozen=True, eq=False)
