@@ -56,8 +56,8 @@ class Slide:
     against: str = ""
 
     @property
-    def is_off(self) -> bool:
-        """Whether the item ends past all that it lies on."""
+    def is_free(self) -> bool:
+        """Whether nothing is in the way that leads past all that the item lies on."""
         return not self.against
 
     @property
@@ -126,8 +126,9 @@ def slides(supports: Supports, item_id: str) -> tuple[Slide, ...] | Reason:
         for turn in 2.0 * np.pi * np.arange(N_DIRECTIONS) / N_DIRECTIONS
     ]
     free = [_freely(supports, slide) for slide in found]
-    off = [slide for slide in free if slide.is_off and slide.way <= MOST_WAY]
-    along = [replace(slide, way=min(slide.way, ALONG)) for slide in free if slide.way >= LEAST_WAY]
+    off = [slide for slide in free if slide.is_free and slide.way <= MOST_WAY]
+    rest = [slide for slide in free if slide not in off and slide.way >= LEAST_WAY]
+    along = [replace(slide, way=min(slide.way, ALONG)) for slide in rest]
     pushes = sorted(off, key=lambda slide: round(slide.way, 3))
     pushes += sorted(along, key=lambda slide: -round(slide.way, 3))
     if pushes:

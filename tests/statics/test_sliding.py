@@ -34,10 +34,8 @@ def pushes(*items: PlacedItem, noise: PoseNoise = NOISE) -> tuple[Slide, ...]:
 
 
 def off(*items: PlacedItem, noise: PoseNoise = NOISE) -> list[Slide]:
-    """The pushes that end past what carries the item and are not the same way, cut short."""
-    found = pushes(*items, noise=noise)
-    first = [tuple(push.direction) for push in found]
-    return [push for k, push in enumerate(found) if push.is_off and first.index(tuple(push.direction)) == k]
+    """The pushes that end past what carries the item."""
+    return [push for push in pushes(*items, noise=noise) if push.is_free]
 
 
 def why_not(*items: PlacedItem) -> str:
@@ -110,7 +108,7 @@ def test_where_no_way_leads_off_it_is_pushed_along() -> None:
     wide = replace(UNDER, item=replace(UNDER.item, shape=replace(UNDER.item.shape, size=(0.3, 0.3, 0.02))))
     item = lying(BOX, 0.0, 0.0, up=0.0202)
     found = pushes(item, wide)
-    assert found and not any(push.is_off and push.way <= MOST_WAY for push in found)
+    assert found and not any(push.is_free and push.way <= MOST_WAY for push in found)
     assert all(LEAST_WAY <= push.way <= ALONG for push in found)
     ways = [push.way for push in found]
     assert ways == sorted(ways, reverse=True)
