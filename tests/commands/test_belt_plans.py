@@ -125,6 +125,7 @@ def test_a_stream_is_played(tmp_path: Path) -> None:
     assert made["stream_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
     refused(apc("run-trial", path, "-o", out), 3, "exists already")
     misused(apc("run-trial", path, "--pod-shift", "none", "-o", out), "--pod-shift applies to orders")
+    misused(apc("run-trial", path, "--plans", "-o", out), "--plans applies to orders")
     misused(
         apc("run-trial", path, "--perception", "camera", "--pose-noise", "2,1", "-o", out),
         "--pose-noise: a camera has errors of its own",
