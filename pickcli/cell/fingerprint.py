@@ -58,7 +58,8 @@ def equipment(cells: Collection[Cell]) -> dict[str, str]:
         cells: The cell as seen by each of its arms.
 
     Returns:
-        Hexadecimal digits of "devices" and of "tool", its load limits.
+        Hexadecimal digits of "devices", of "tool", its load limits, and of "motors", their efforts and the
+        masses that they move.
     """
     devices = [
         [
@@ -68,10 +69,21 @@ def equipment(cells: Collection[Cell]) -> dict[str, str]:
         for cell in cells
     ]
     limits = [rounded(cell.robot.tool.grip.limit_figures()) for cell in cells]
+    motors = [[rounded(dict(sorted(cell.robot.motor_forces.items()))), _masses(cell.robot)] for cell in cells]
     return {
         "devices": digest(sorted((sorted(own) for own in devices), key=json.dumps)),
         "tool": digest(sorted(limits, key=json.dumps)),
+        "motors": digest(sorted(motors, key=json.dumps)),
     }
+
+
+def _masses(robot: Robot) -> list[Any]:
+    """Mass properties of all links."""
+    return [
+        [link.name, *numbers([own.mass, *own.centre, *own.inertia.ravel()])]
+        for link in robot.links
+        for own in (link.inertial,)
+    ]
 
 
 def rules(cell: Cell) -> dict[str, Any]:

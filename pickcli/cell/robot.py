@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.cell.inertial import Inertial, assumed_inertial
 from pickcli.cell.shapes import Body
 from pickcli.cell.tool import Tool
 from pickcli.geometry import Array, pose, rotation_axis_angle
@@ -57,14 +58,26 @@ class Link:
     Attributes:
         name: Unique in the robot.
         bodies: Collision shapes, each with its name and its pose in the link frame.
-        mass: kg, for simulation only.
-        T_link_inertia: (4, 4) pose of the frame in the centre of mass, for simulation only.
+        inertial: Mass, centre of mass and inertia in the link frame.
+        states_mass: Whether the URDF states a mass; else ``inertial`` is assumed from the shapes.
     """
 
     name: str
     bodies: tuple[Body, ...]
-    mass: float
-    T_link_inertia: Array
+    inertial: Inertial
+    states_mass: bool = True
+
+
+def massless_link(name: str) -> Link:
+    """Make a link that only carries a frame.
+
+    Args:
+        name: Unique in the robot.
+
+    Returns:
+        A link without shapes, as light as the physics engine accepts.
+    """
+    return Link(name, (), assumed_inertial(()), states_mass=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +125,7 @@ class Robot:
         joints: All joints, the base first.
         joint_names: The planned joints, in the order of every configuration ``q``.
         limits: Limits of the planned joints.
-        motor_forces: N or Nm by joint name, for simulation only.
+        motor_forces: N or Nm by joint name, the largest that each motor exerts.
         tool: What is mounted on the flange.
     """
 

@@ -21,7 +21,7 @@ def robot_description(robot: Robot) -> str:
     """
     root = ElementTree.Element("robot", name=robot.name)
     for link in robot.links:
-        element = add_link(root, link, link.T_link_inertia)
+        element = add_link(root, link.name, link.inertial)
         for body in link.bodies:
             for tag in ("visual", "collision"):
                 add_shape(element, tag, _boxed(body))

@@ -131,6 +131,23 @@ class Chain:
             acceleration and angular acceleration, in m and rad per the derivatives' unit.
         """
 
+    def inverse_dynamics(self, Q: numpy.typing.NDArray[numpy.float64], dQ: numpy.typing.NDArray[numpy.float64], ddQ: numpy.typing.NDArray[numpy.float64], masses: numpy.typing.NDArray[numpy.float64], centres: numpy.typing.NDArray[numpy.float64], inertias: numpy.typing.NDArray[numpy.float64], gravity: float) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Efforts of the joints that move rigid links as required, by the equations of Newton and Euler.
+
+        Args:
+            Q: (N, n) configurations in rad or m.
+            dQ: (N, n) their first derivatives by time or by a path's parameter.
+            ddQ: (N, n) their second derivatives by the same.
+            masses: (L,) kg of the body fixed to each frame.
+            centres: (L, 3) centre of mass in its frame, m.
+            inertias: (L, 3, 3) about the centre of mass, in the axes of the frame, kg m^2.
+            gravity: Acceleration along -z of the world, m/s^2.
+
+        Returns:
+            (N, n) Nm, or N of prismatic joints.
+        """
+
     def ik(self, T_world_target: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64], seeds: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], max_iterations: int = 60, position_tolerance: float = 1e-05, rotation_tolerance: float = 0.0001, distinct: float = 0.05) -> numpy.typing.NDArray[numpy.float64]:
         """
         Configurations that bring the tip to a pose, found from seeds.

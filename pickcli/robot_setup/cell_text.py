@@ -177,7 +177,7 @@ class CellText:
             yield f"  unshaped: {accepted}"
         if self.limits_file is not None:
             yield f"  joint_limits: {self.limits_file}  # what it states need not stand below"
-        yield "  motor_forces:  # N or Nm, for simulation only"
+        yield "  motor_forces:  # N or Nm, the largest that each motor exerts"
         for name, limits in self.limits.items():
             yield f"    {_line(quoted(name), limits.effort)}"
 

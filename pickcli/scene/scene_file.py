@@ -179,9 +179,13 @@ def cell_of_file(
 
 
 def _check_equipment(path: Path, stated_cell: CellReference, cell: Cell, kind: str) -> None:
-    """Refuse a file of a cell with other devices or another tool, in which other grasps hold."""
-    stated = {"devices": stated_cell.devices, "tool": stated_cell.tool}
-    kinds = {"devices": "devices (e.g. a pump of another flow)", "tool": "load limits of the tool"}
+    """Refuse a file of a cell with other devices, tool or motors, in which other grasps and motions hold."""
+    stated = {"devices": stated_cell.devices, "tool": stated_cell.tool, "motors": stated_cell.motors}
+    kinds = {
+        "devices": "devices (e.g. a pump of another flow)",
+        "tool": "load limits of the tool",
+        "motors": "motor_forces or masses of links",
+    }
     other = [
         kinds[kind]
         for kind, digest in stated.items()

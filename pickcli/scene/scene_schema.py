@@ -38,6 +38,7 @@ class CellReference(FileModel):
     fingerprint: str = Field(pattern=r"^[0-9a-f]{64}$", description="the cell's fingerprint, 64 hex digits")
     devices: Hash | None = Field(default=None, description="hash of its devices, 64 hex digits")
     tool: Hash | None = Field(default=None, description="hash of its tool's load limits, 64 hex digits")
+    motors: Hash | None = Field(default=None, description="hash of its motors' efforts and what they move")
 
 
 class NoiseModel(FileModel):

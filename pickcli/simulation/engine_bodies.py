@@ -273,7 +273,9 @@ class EngineBodies:
                 basePosition=T_world_base[:3, 3].tolist(),
                 baseOrientation=to_quaternion(T_world_base[:3, :3]).tolist(),
                 useFixedBase=True,
-                flags=p.URDF_USE_SELF_COLLISION | p.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT,
+                flags=p.URDF_USE_SELF_COLLISION
+                | p.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT
+                | p.URDF_USE_INERTIA_FROM_FILE,
                 physicsClientId=self._client,
             )
         self._register(name, body)

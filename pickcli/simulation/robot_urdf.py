@@ -35,9 +35,11 @@ def write_urdf(robot: Robot, folder: Path) -> Path:
     """
     root = ElementTree.Element("robot", name=robot.name)
     for link in robot.links:
-        # The engine uses a base's centre of mass as its frame; this base is fixed, so its inertia does not
-        # matter.
-        element = add_link(root, link, np.eye(4) if link is robot.links[0] else link.T_link_inertia)
+        # The engine uses a base's centre of mass as its frame; this base is fixed, so that does not matter.
+        own = link.inertial
+        element = add_link(
+            root, link.name, replace(own, centre=np.zeros(3)) if link is robot.links[0] else own
+        )
         shapes = link.bodies
         if robot.tool.grip.gives_way > 0.0 and link.name == robot.tool.last_link:
             _add_shapes(element, "visual", shapes, folder)  # pictures show the relaxed cup

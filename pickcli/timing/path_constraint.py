@@ -15,6 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from pickcli.geometry import Array
 
 
@@ -61,3 +63,44 @@ class PathConstraint(Protocol):
             (M,) at least 1; inf if not even rest keeps it.
         """
         ...
+
+
+@dataclass(frozen=True)
+class PathConstraints:
+    """Several constraints at once.
+
+    Attributes:
+        parts: The constraints, at least one.
+    """
+
+    parts: tuple[PathConstraint, ...]
+
+    def __str__(self) -> str:
+        return " and ".join(map(str, self.parts))
+
+    def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
+        """Return the half-planes of all constraints (see ``PathConstraint``).
+
+        Args:
+            q: (M, n) configurations.
+            dq: (M, n) dq/ds.
+            ddq: (M, n) d2q/ds2.
+
+        Returns:
+            The half-planes that path acceleration and squared path velocity must stay in.
+        """
+        each = [part.half_planes(q, dq, ddq) for part in self.parts]
+        return HalfPlanes(*(np.hstack(rows) for rows in zip(*((p.a, p.b, p.c) for p in each), strict=True)))
+
+    def time_scale(self, q: Array, velocity: Array, acceleration: Array) -> Array:
+        """Return the factor of time at which states of a motion keep all constraints (see there).
+
+        Args:
+            q: (M, n) configurations.
+            velocity: (M, n) per s.
+            acceleration: (M, n) per s^2.
+
+        Returns:
+            (M,) at least 1; inf if not even rest keeps them.
+        """
+        return np.asarray(np.max([part.time_scale(q, velocity, acceleration) for part in self.parts], axis=0))

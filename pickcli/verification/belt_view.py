@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from pickcli.cell.robot import Joint, JointType, Limits, Link, Robot
+from pickcli.cell.robot import Joint, JointType, Limits, Robot, massless_link
 from pickcli.cell.shapes import ShapeKind, hull
 from pickcli.errors import Reason
 from pickcli.geometry import Array
@@ -280,7 +280,7 @@ def _travelling(robot: Robot, along: Array, name: str) -> Robot:
     rows = (limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk)
     return replace(
         robot,
-        links=(Link(ground, (), 0.0, np.eye(4)), *robot.links),
+        links=(massless_link(ground), *robot.links),
         joints=(joint, *robot.joints),
         joint_names=(joint.name, *robot.joint_names),
         limits=Limits(

@@ -22,6 +22,7 @@ from pickcli.verification.belt_view import BeltView, check_tracking
 from pickcli.verification.clearance_check import Clearance, check_clearance
 from pickcli.verification.cloud_points import near_points
 from pickcli.verification.contact_check import check_touch
+from pickcli.verification.effort_check import check_efforts
 from pickcli.verification.event_check import check_io
 from pickcli.verification.exemptions import Exemptions, exemptions
 from pickcli.verification.held_pose import pose_in_tool
@@ -47,6 +48,7 @@ MOTION_CHECKS = (
     "limits: position, velocity, acceleration, jerk at every instant; rest at both ends",
     "lines: straight where stated, contact along the tool axis at the tool's speed",
     "tool speed: nowhere over the cell's limit, where it states one",
+    "motors: strong enough for weight, payload and motion, by the masses and inertias of the links",
     "events: anchors, leads, order, tool states",
 )
 ITEM_CHECKS = (  # of a plan that takes or carries an item
@@ -125,6 +127,7 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
         *check_tipping(plan, scene),
         *check_lines(plan, scene.cell.robot, states),
         *check_tool_speed(plan, scene.cell),
+        *check_efforts(plan, scene, states, T_tip_item),
         *check_hold(plan, scene, T_tip_item),
         *check_io(plan, scene),
         *check_release(plan, scene, T_tip_item),
@@ -164,6 +167,7 @@ def _verify_tracked(plan: Plan, scene: Scene, digest: str) -> Verdict:
         *check_tipping(work.plan, work.scene),
         *check_lines(work.plan, work.scene.cell.robot, work.states),
         *check_tool_speed(plan, scene.cell),
+        *check_efforts(plan, scene, hall.states, T_tip_item),
         *check_hold(plan, view.scene, T_tip_item),
         *check_io(work.plan, work.scene),
         *check_release(plan, view.scene, T_tip_item),

@@ -11,9 +11,10 @@ import pytest
 import yaml
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.cell.inertial import box_inertia
 from pickcli.cell.robots.urdf import Urdf, read_urdf
 from pickcli.errors import InputError
-from pickcli.geometry import Array, pose
+from pickcli.geometry import Array
 from support.other_robots import URDF, write_robot
 
 Refused = Callable[[Callable[[], object]], str]
@@ -187,11 +188,26 @@ def test_what_a_fixed_joint_mimics_means_nothing_and_who_leads_follows_nobody(
 def test_the_weight_of_a_link_is_where_its_file_says(tmp_path: Path) -> None:
     weight = '<inertial><origin xyz="0.1 0.2 0.3" rpy="0.4 0 0"/><mass value="2.5"/></inertial>'
     robot = branching(tmp_path, '<inertial><mass value="0"/></inertial>', weight)
-    assert robot.links["lower"].mass == 2.5 and robot.links["upper"].mass == 0.0
-    np.testing.assert_allclose(
-        robot.links["lower"].T_link_inertia, pose((0.1, 0.2, 0.3), rpy=(0.4, 0.0, 0.0))
-    )
-    np.testing.assert_array_equal(robot.links["upper"].T_link_inertia, np.eye(4))
+    lower, upper = robot.links["lower"], robot.links["upper"]
+    assert lower.states_mass and lower.inertial.mass == 2.5
+    np.testing.assert_array_equal(lower.inertial.centre, (0.1, 0.2, 0.3))
+    assert not upper.states_mass and upper.inertial.mass > 0.0
+    np.testing.assert_array_equal(upper.inertial.centre, np.zeros(3))
+
+
+def test_the_inertia_of_a_link_is_that_of_its_file_turned_into_the_link(tmp_path: Path) -> None:
+    moments = '<inertia ixx="1" ixy="0.1" ixz="0" iyy="2" iyz="0.2" izz="2.5"/>'
+    weight = f'<inertial><origin rpy="0 0 {np.pi / 2}"/><mass value="2.5"/>{moments}</inertial>'
+    robot = branching(tmp_path, '<inertial><mass value="0"/></inertial>', weight)
+    found = robot.links["lower"].inertial.inertia
+    np.testing.assert_allclose(found, [[2.0, -0.1, -0.2], [-0.1, 1.0, 0.0], [-0.2, 0.0, 2.5]], atol=1e-12)
+
+
+@pytest.mark.parametrize("moments", ["", 'ixx="0" iyy="0" izz="0"', 'ixx="1" iyy="1" izz="9"'])
+def test_an_inertia_that_no_body_has_is_that_of_a_box(tmp_path: Path, moments: str) -> None:
+    weight = f'<inertial><mass value="2.5"/><inertia {moments}/></inertial>'
+    link = branching(tmp_path, '<inertial><mass value="0"/></inertial>', weight).links["lower"]
+    np.testing.assert_array_equal(link.inertial.inertia, box_inertia(2.5, link.bodies))
 
 
 def test_what_hangs_on_what_and_what_moves_by_itself(tmp_path: Path) -> None:

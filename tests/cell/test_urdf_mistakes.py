@@ -134,7 +134,7 @@ def test_the_good_one_is_read(tmp_path: Path) -> None:
     assert turn.T_parent_joint[2, 3] == 1
     assert (slide.lower, slide.upper) == (0, 0.5)
     assert robot.links["arm"].bodies[0].shape.size == (1, 2, 3)
-    assert robot.links["arm"].mass == 2
+    assert robot.links["arm"].inertial.mass == 2
 
 
 def test_the_order_of_elements_means_nothing(tmp_path: Path) -> None:
@@ -181,7 +181,7 @@ def test_what_the_format_leaves_out_means_nothing(tmp_path: Path) -> None:
     text = text.replace("</robot>", '<link name="tip"/>' + THIRD.format("hand", "tip"))
     robot = read_urdf(write(tmp_path, text))
     turn, endless, fixed = robot.way("tip")
-    assert [link.mass for link in robot.links.values()] == [0.0, 2.0, 0.0, 0.0]
+    assert [link.states_mass for link in robot.links.values()] == [False, True, False, False]
     np.testing.assert_array_equal(turn.T_parent_joint, pose(rpy=(0.1, 0.0, 0.0)))
     np.testing.assert_array_equal(endless.T_parent_joint, np.eye(4))
     np.testing.assert_array_equal(robot.links["arm"].bodies[0].T_parent_shape, pose((1.0, 2.0, 3.0)))

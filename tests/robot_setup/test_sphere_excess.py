@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.cell.inertial import assumed_inertial
 from pickcli.cell.robot import Link
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.collision.robot_model import CollisionModel
@@ -30,7 +31,7 @@ def test_every_link_with_shapes_is_measured(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("out", [0.0, 0.01])
 def test_a_larger_sphere_around_a_ball_reaches_out_by_the_difference(out: float) -> None:
-    link = Link("ball", (Body("ball", Shape(ShapeKind.SPHERE, (0.05,)), np.eye(4)),), 0.0, np.eye(4))
+    link = Link("ball", (Body("ball", Shape(ShapeKind.SPHERE, (0.05,)), np.eye(4)),), assumed_inertial(()))
     inner = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.001]])  # the second one is inside of the first
     cover = Cover(inner, np.array([0.05 + out, 0.04]), out)
     assert mean_excess(link, cover) == pytest.approx(out, abs=1e-5)

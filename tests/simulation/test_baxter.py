@@ -26,7 +26,7 @@ def test_an_arm_that_is_stretched_out_does_not_sag(cell_name: str, arm: str) -> 
     assert np.abs(world.q - STRETCHED).max() < SAG
     needed = world.inverse_dynamics(world.joints, 0.0 * world.joints, 0.0 * world.joints)[1]
     robot, names = cell.robot, [link.name for link in cell.robot.links]
-    tool_mass = sum(link.mass for link in robot.links[names.index(f"{arm}_gripper_base_link") :])
+    tool_mass = sum(link.inertial.mass for link in robot.links[names.index(f"{arm}_gripper_base_link") :])
     jacobian = Arm(robot).jacobian(STRETCHED, robot.tool.default_state)
     with_payload = needed + (PAYLOAD - tool_mass) * GRAVITY * jacobian[2, 1]
     assert abs(needed) > 50.0  # more than the motor alone has

@@ -224,16 +224,17 @@ def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
     found: dict[str, tuple[Key, str]] = {
         link.name: (
             ("robot", "urdf"),
-            f"link {link.name!r} has no <inertial>: it weighs nothing in the simulation; state its mass",
+            f"link {link.name!r} has no <inertial>: it is assumed to be as heavy as water; state its mass",
         )
         for link in cell.robot.links
-        if link.name in moved and link.bodies and link.mass == 0.0
+        if link.name in moved and link.bodies and not link.states_mass
     }
     warnings.add_alike("no_mass", found, ("robot", "urdf"), "state the masses of the links in the URDF")
     heavy: dict[str, tuple[Key, str]] = {}
     for link in cell.robot.links:
         volume = sum(float(np.prod(body.shape.extents)) for body in link.bodies)
-        if link.name in moved and link.bodies and link.mass > DENSE * volume:
-            text = f"link {link.name!r} of {link.mass:g} kg has shapes too small for it; is it in kg, not g?"
+        if link.name in moved and link.bodies and link.inertial.mass > DENSE * volume:
+            stated = f"link {link.name!r} of {link.inertial.mass:g} kg"
+            text = f"{stated} has shapes too small for it; is it in kg, not g?"
             heavy[link.name] = ("robot", "urdf"), text
     warnings.add_alike("heavy_link", heavy, ("robot", "urdf"), "are the masses in the URDF in kg, not g?")

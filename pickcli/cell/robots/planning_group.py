@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.robot import Joint, JointType, Link, joint_motion
+from pickcli.cell.robot import Joint, JointType, Link, joint_motion, massless_link
 from pickcli.cell.robots.urdf import Urdf
 from pickcli.geometry import Array
 
@@ -56,7 +56,7 @@ def with_tip(robot: Urdf, hand: str, tip: str, T_hand_tip: Array) -> Urdf:
     Returns:
         The robot with the link.
     """
-    link = Link(name=tip, bodies=(), mass=0.0, T_link_inertia=np.eye(4))
+    link = massless_link(tip)
     joint = Joint(
         name=f"{tip}_joint",
         type=JointType.FIXED,

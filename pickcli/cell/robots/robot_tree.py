@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.robot import Joint, JointType, Link
+from pickcli.cell.robot import Joint, JointType, massless_link
 from pickcli.cell.robots.urdf import Urdf
 from pickcli.geometry import Array
 
@@ -70,7 +70,7 @@ def side_by_side(name: str, robots: Mapping[str, tuple[Urdf, Array]]) -> Urdf:
         name=name,
         root=WORLD,
         links={
-            WORLD: Link(WORLD, (), 0.0, np.eye(4)),
+            WORLD: massless_link(WORLD),
             **{n: link for r in parts for n, link in r.links.items()},
         },
         joints={**mounts, **{child: joint for r in parts for child, joint in r.joints.items()}},

@@ -1,12 +1,14 @@
-"""Reads a link of a URDF: mass, centre of mass, and collision shapes, with meshes as convex pieces."""
+"""Reads a link of a URDF: mass properties, and collision shapes, with meshes as convex pieces."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from pickcli.cell.inertial import Inertial, assumed_inertial, box_inertia, is_possible
 from pickcli.cell.robot import Link
 from pickcli.cell.robots.mesh_names import MeshNames
 from pickcli.cell.robots.urdf_origin import MAX_SIZE, read_origin
@@ -35,15 +37,28 @@ def read_link(element: Element, meshes: MeshNames, mistakes: XmlMistakes) -> Lin
     bodies: list[Body] = []
     for i, collision in enumerate(element.all("collision")):
         bodies += mistakes.tried(partial(_bodies, collision, f"{name}_{i}", meshes), [])
-    mass = mistakes.tried(lambda: _mass(element), 0.0)
-    return Link(name, tuple(bodies), mass, mistakes.tried(lambda: _T_link_inertia(element), np.eye(4)))
+    inertial = element.optional("inertial")
+    stated = None if inertial is None else mistakes.tried(partial(_stated_inertial, inertial, bodies), None)
+    if stated is None:
+        return Link(name, tuple(bodies), assumed_inertial(bodies), states_mass=False)
+    return Link(name, tuple(bodies), stated)
 
 
-def _mass(link: Element) -> float:
-    """Mass in kg, 0 if none is stated."""
-    inertial = link.optional("inertial")
-    if inertial is None:
-        return 0.0
+def _stated_inertial(element: Element, bodies: Sequence[Body]) -> Inertial | None:
+    """Mass properties in the link; None for a mass of 0.
+
+    An inertia that is missing, or that no body has, is that of the box around the shapes.
+    """
+    mass, T_link_inertia = _mass(element), read_origin(element)
+    if mass == 0.0:
+        return None
+    R, inertia = T_link_inertia[:3, :3], _inertia(element)
+    own = R @ inertia @ R.T if is_possible(inertia) else box_inertia(mass, bodies)
+    return Inertial(mass, T_link_inertia[:3, 3], own)
+
+
+def _mass(inertial: Element) -> float:
+    """Mass in kg."""
     element = inertial.one("mass")
     mass = element.number("value")
     if mass < 0.0:
@@ -53,10 +68,16 @@ def _mass(link: Element) -> float:
     return mass
 
 
-def _T_link_inertia(link: Element) -> Array:
-    """Pose (4, 4) of the centre of mass in the link."""
-    inertial = link.optional("inertial")
-    return np.eye(4) if inertial is None else read_origin(inertial)
+def _inertia(inertial: Element) -> Array:
+    """Inertia (3, 3) in kg m^2 about the centre of mass, zeros where none is stated."""
+    element = inertial.optional("inertia")
+    if element is None:
+        return np.zeros((3, 3))
+    xx, xy, xz, yy, yz, zz = (
+        element.number(name) if name in element.attributes else 0.0
+        for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    )
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _bodies(collision: Element, default_name: str, meshes: MeshNames) -> list[Body]:

@@ -6,35 +6,32 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pickcli.cell.robot import Joint, JointType, Link
+from pickcli.cell.inertial import Inertial
+from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.shapes import Body, ShapeKind
-from pickcli.geometry import Array, to_rpy
+from pickcli.geometry import Array, pose, to_rpy
 
-DENSITY = 1000.0  # kg/m^3, assumed for links without a mass, over the boxes around their shapes
-LEAST_MASS = 1e-3  # kg; physics engines divide by masses
 _DIGITS = 12  # of angles, enough to reproduce the angles of the file that was read
 
 
-def add_link(root: ElementTree.Element, link: Link, T_link_inertia: Array) -> ElementTree.Element:
+def add_link(root: ElementTree.Element, name: str, inertial: Inertial) -> ElementTree.Element:
     """Add a link without shapes.
 
     Args:
         root: The robot's element.
-        link: The link.
-        T_link_inertia: (4, 4) pose of the frame in its centre of mass.
+        name: Name of the link.
+        inertial: Its mass properties, in its frame.
 
     Returns:
         The link's element.
     """
-    element = ElementTree.SubElement(root, "link", name=link.name)
-    inertial = ElementTree.SubElement(element, "inertial")
-    _add_origin(inertial, T_link_inertia)
-    volume = sum(float(np.prod(body.shape.extents)) for body in link.bodies)
-    mass = link.mass or max(LEAST_MASS, DENSITY * volume)
-    ElementTree.SubElement(inertial, "mass", value=repr(mass))
-    # Readers require an inertia but do not use it: they compute it from mass and shapes.
-    zeros = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0")
-    ElementTree.SubElement(inertial, "inertia", zeros)
+    element = ElementTree.SubElement(root, "link", name=name)
+    of_link = ElementTree.SubElement(element, "inertial")
+    _add_origin(of_link, pose(inertial.centre))
+    ElementTree.SubElement(of_link, "mass", value=repr(float(inertial.mass)))
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertial.inertia.tolist()
+    moments = {"ixx": xx, "ixy": xy, "ixz": xz, "iyy": yy, "iyz": yz, "izz": zz}
+    ElementTree.SubElement(of_link, "inertia", {name: repr(value) for name, value in moments.items()})
     return element
 
 

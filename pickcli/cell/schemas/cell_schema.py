@@ -68,7 +68,7 @@ class RobotModel(FileModel):
     joint_limits: FilePath | None = Field(
         None, description="a ROS joint_limits.yaml, from this file's folder"
     )
-    motor_forces: dict[Text, Force] = Field(description="N or Nm by joint, for simulation")
+    motor_forces: dict[Text, Force] = Field(description="N or Nm by joint, the most that its motor exerts")
 
 
 class PlacedRobotModel(FileModel):

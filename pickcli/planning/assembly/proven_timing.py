@@ -1,4 +1,4 @@
-"""Timed and proven runs: one stitched motion between two stops, timed within what the cup bears."""
+"""Timed and proven runs: one stitched motion between two stops, by what motors exert and the cup bears."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from pickcli.geometry import Array
 from pickcli.grasping.grasp_method import GraspMethod
 from pickcli.grasping.holding import GripLoad, Hold
 from pickcli.kinematics.arm import Arm
+from pickcli.kinematics.arm_dynamics import ArmDynamics
+from pickcli.kinematics.held_body import HeldBody
 from pickcli.motion.plan import Grasp
 from pickcli.planning.assembly.grip_load import carried_load, path_load
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven
@@ -22,16 +24,22 @@ from pickcli.planning.assembly.tool_path_check import broken_promise, mended
 from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
-from pickcli.timing.path_constraint import PathConstraint
+from pickcli.timing.effort_limit import EffortLimit
+from pickcli.timing.path_constraint import PathConstraint, PathConstraints
 from pickcli.timing.timed_run import TimedRun, time_run
+from pickcli.timing.trajectory_sampling import states_at
 from pickcli.timing.wrench_limit import WrenchLimit
 
+EFFORT_STEP = 0.002  # s between the states at which the efforts of the motors are computed
 BETWEEN = 1e-3  # share of the load by which it may exceed the limit between the states that timing checks
 # An item's weight is taken up slowly if the cup holds it by its side, the cup's axis sloping less than this
 # sine, and the torque of the weight is at least this share of what the cup bears. Both include a little more
 # than the verifier's rules, so that differences in computation leave no plan between the two.
 SIDE_HOLD_SLOPE = np.sin(np.radians(45.0))
 SLOW_TAKE_UP_TORQUE = 0.25
+# Share of its largest effort that a motor may use by the model: the rest is for friction, for what the cup
+# presses against, and for keeping to the path. The verifier allows a little more.
+MOTOR_SHARE = 0.9
 MENDS = 5  # times that a run is timed again, with narrower blends or slower, to keep its promises
 
 
@@ -64,7 +72,7 @@ def proven_run(
     checkers = _checkers(context, scene, segments)
     failures = Failures()
     for are_blends_proven in (False, True):
-        run = _timed(context, segments, checkers if are_blends_proven else None)
+        run = _timed_by_motors(context, segments, checkers if are_blends_proven else None)
         if isinstance(run, Failures):
             return failures + run
         unproven = why_not_proven(run, segments, checkers)
@@ -106,7 +114,8 @@ def carried_run(
     checkers = _checkers(context, scene, segments)
     limit, are_blends_proven, failures = None, False, Failures()
     while True:
-        run = _timed(context, segments, checkers if are_blends_proven else None, limit)
+        proving = checkers if are_blends_proven else None
+        run = _timed_by_motors(context, segments, proving, hold.body, limit)
         if isinstance(run, Failures):
             return failures + run
         load = carried_load(context.arm, tool_state, run.trajectory, hold)
@@ -168,6 +177,29 @@ def _checkers(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment]
 ) -> list[SceneChecker]:
     return [context.checker_for(scene, segment.mode) for segment in segments]
+
+
+def _timed_by_motors(
+    context: PlanningContext,
+    segments: Sequence[MotionSegment],
+    checkers: Sequence[SceneChecker] | None,
+    held: HeldBody | None = None,
+    limit: PathConstraint | None = None,
+) -> TimedRun | Failures:
+    """Time a run; if its motors are too weak for that, time it again with their efforts among its limits."""
+    run = _timed(context, segments, checkers, limit)
+    robot = context.cell.robot
+    most = MOTOR_SHARE * np.array([robot.motor_forces[name] for name in robot.joint_names])
+    motors = EffortLimit(ArmDynamics(context.arm, segments[0].mode.tool_state, held), most)
+    if isinstance(run, Failures) or _keeps(motors, run):
+        return run
+    return _timed(context, segments, checkers, motors if limit is None else PathConstraints((limit, motors)))
+
+
+def _keeps(motors: EffortLimit, run: TimedRun) -> bool:
+    """Whether the efforts of the motors during a run keep their limits, but for what sampling leaves out."""
+    t = np.linspace(0.0, run.trajectory.duration, int(np.ceil(run.trajectory.duration / EFFORT_STEP)) + 1)
+    return bool(motors.time_scale(*states_at(run.trajectory, t)).max() == 1.0)
 
 
 def _timed(

@@ -1,8 +1,11 @@
 //! \file
 //! pickcli.kernel.Chain and its enumerations.
+#include <algorithm>
+
 #include "bindings/bindings.hpp"
 
 #include "bindings/arrays.hpp"
+#include "kinematics/inverse_dynamics.hpp"
 #include "kinematics/line_following.hpp"
 
 namespace apc {
@@ -133,6 +136,35 @@ std::vector<Pose> to_poses(const Doubles& rows, const char* name) {
 Deviation to_deviation(double position, double angle) {
   if (!(position > 0.0 && angle > 0.0)) throw nb::value_error("deviations must be positive");
   return {position, angle};
+}
+
+std::vector<RigidBody> to_bodies(const Doubles& masses, const Doubles& centres, const Doubles& inertias) {
+  std::vector<RigidBody> bodies;
+  for (Py_ssize_t k = 0; k < masses.rows(); ++k) {
+    RigidBody body{masses[k], {centres[3 * k], centres[3 * k + 1], centres[3 * k + 2]}, {}};
+    std::copy_n(&inertias[9 * k], 9, body.inertia.m.begin());
+    bodies.push_back(body);
+  }
+  return bodies;
+}
+
+nb::object inverse_dynamics(const Chain& chain, nb::handle Q_in, nb::handle dQ_in, nb::handle ddQ_in,
+                            nb::handle masses_in, nb::handle centres_in, nb::handle inertias_in,
+                            double gravity) {
+  const Doubles Q(Q_in, "Q", {kAny, chain.n()});
+  const Py_ssize_t rows = Q.rows(), L = chain.n_frames();
+  const Doubles dQ(dQ_in, "dQ", {rows, chain.n()}), ddQ(ddQ_in, "ddQ", {rows, chain.n()});
+  const Doubles masses(masses_in, "masses", {L}), centres(centres_in, "centres", {L, 3});
+  const Doubles inertias(inertias_in, "inertias", {L, 3, 3});
+  const std::size_t N = static_cast<std::size_t>(rows), n = static_cast<std::size_t>(chain.n());
+  InverseDynamics dynamics(chain, to_bodies(masses, centres, inertias));
+  std::vector<double> out(N * n);
+  {
+    nb::gil_scoped_release unlocked;
+    for (std::size_t i = 0; i < N; ++i)
+      dynamics.efforts(Q.data() + i * n, dQ.data() + i * n, ddQ.data() + i * n, gravity, &out[i * n]);
+  }
+  return to_numpy(std::move(out), {N, n});
 }
 
 nb::object tips(const Chain& chain, nb::handle Q_in, nb::handle tip_in) {
@@ -288,6 +320,23 @@ Args:
 Returns:
     Poses (N, 4, 4) of the tip in the world, and motions (N, 4, 3), whose rows are velocity, angular velocity,
     acceleration and angular acceleration, in m and rad per the derivatives' unit.)")
+      .def("inverse_dynamics", &inverse_dynamics, "Q"_a, "dQ"_a, "ddQ"_a, "masses"_a, "centres"_a, "inertias"_a,
+           "gravity"_a,
+           nb::sig("def inverse_dynamics(self, Q: " APC_F64 ", dQ: " APC_F64 ", ddQ: " APC_F64 ", masses: " APC_F64
+                   ", centres: " APC_F64 ", inertias: " APC_F64 ", gravity: float) -> " APC_F64),
+           R"(Efforts of the joints that move rigid links as required, by the equations of Newton and Euler.
+
+Args:
+    Q: (N, n) configurations in rad or m.
+    dQ: (N, n) their first derivatives by time or by a path's parameter.
+    ddQ: (N, n) their second derivatives by the same.
+    masses: (L,) kg of the body fixed to each frame.
+    centres: (L, 3) centre of mass in its frame, m.
+    inertias: (L, 3, 3) about the centre of mass, in the axes of the frame, kg m^2.
+    gravity: Acceleration along -z of the world, m/s^2.
+
+Returns:
+    (N, n) Nm, or N of prismatic joints.)")
       .def(
           "ik", &ik, "T_world_target"_a, "T_last_tip"_a, "seeds"_a, "lower"_a, "upper"_a, "weights"_a,
           "max_iterations"_a = 60, "position_tolerance"_a = 1e-5, "rotation_tolerance"_a = 1e-4,

@@ -64,30 +64,29 @@ void Chain::jacobian(const Pose* frames, const Vec3& p_tip, double* J) const {
 }
 
 Motion Chain::tip_motion(const Pose* frames, const Vec3& p_tip, const double* dq, const double* ddq) const {
+  std::vector<Motion> motions(joints_.size());
+  frame_motions(frames, dq, ddq, motions.data());
+  return moved(motions.back(), p_tip - frames[n_frames() - 1].p);
+}
+
+void Chain::frame_motions(const Pose* frames, const double* dq, const double* ddq, Motion* motions) const {
   Motion now;
-  // The way from one origin to the next turns with the frame that it starts in.
-  const auto carry = [&now](const Vec3& arm) {
-    const Vec3 swing = cross(now.angular_velocity, arm);
-    now.velocity = now.velocity + swing;
-    now.acceleration =
-        now.acceleration + cross(now.angular_acceleration, arm) + cross(now.angular_velocity, swing);
-  };
   for (int k = 0; k < n_frames(); ++k) {
-    if (k > 0) carry(frames[k].p - frames[k - 1].p);
+    if (k > 0) now = moved(now, frames[k].p - frames[k - 1].p);
     const Joint& joint = joints_[k];
-    if (joint.type == JointKind::fixed) continue;
-    const Vec3 z = frames[k].R * joint.axis, first = dq[joint.q_index] * z, second = ddq[joint.q_index] * z;
-    const Vec3 turned = cross(now.angular_velocity, first);
-    if (joint.type == JointKind::prismatic) {
-      now.velocity = now.velocity + first;
-      now.acceleration = now.acceleration + second + 2.0 * turned;
-    } else {
-      now.angular_velocity = now.angular_velocity + first;
-      now.angular_acceleration = now.angular_acceleration + second + turned;
+    if (joint.type != JointKind::fixed) {
+      const Vec3 z = frames[k].R * joint.axis, first = dq[joint.q_index] * z, second = ddq[joint.q_index] * z;
+      const Vec3 turned = cross(now.angular_velocity, first);
+      if (joint.type == JointKind::prismatic) {
+        now.velocity = now.velocity + first;
+        now.acceleration = now.acceleration + second + 2.0 * turned;
+      } else {
+        now.angular_velocity = now.angular_velocity + first;
+        now.angular_acceleration = now.angular_acceleration + second + turned;
+      }
     }
+    motions[k] = now;
   }
-  carry(p_tip - frames[n_frames() - 1].p);
-  return now;
 }
 
 }  // namespace apc

@@ -28,6 +28,16 @@ struct Motion {
   Vec3 acceleration, angular_acceleration;  //!< their derivatives by the same unit
 };
 
+//! Motion of the point at an arm from a frame's origin, of the same rigid body.
+inline Motion moved(const Motion& frame, const Vec3& arm) {
+  const Vec3 swing = cross(frame.angular_velocity, arm);
+  Motion point = frame;
+  point.velocity = frame.velocity + swing;
+  point.acceleration =
+      frame.acceleration + cross(frame.angular_acceleration, arm) + cross(frame.angular_velocity, swing);
+  return point;
+}
+
 //! Frame k is the child link of joint k; the parent of joint k is frame k-1, of joint 0 the world.
 class Chain {
  public:
@@ -45,9 +55,12 @@ class Chain {
   //! J (6, n) row-major at T_world_tip: linear rows, then angular rows, world-aligned. frames: fk of q.
   void jacobian(const Pose* frames, const Vec3& p_tip, double* J) const;
 
-  //! Motion of the tip for first and second derivatives (n) of the joints; frames: fk of q. The outward
-  //! recursion of Luh, Walker and Paul, "On-line computational scheme for mechanical manipulators", J. Dyn.
-  //! Sys. 102(2), 1980.
+  //! Motions (n_frames) of all frames for first and second derivatives (n) of the joints; frames: fk of q. The
+  //! outward recursion of Luh, Walker and Paul, "On-line computational scheme for mechanical manipulators", J.
+  //! Dyn. Sys. 102(2), 1980.
+  void frame_motions(const Pose* frames, const double* dq, const double* ddq, Motion* motions) const;
+
+  //! Motion of the tip for first and second derivatives (n) of the joints; frames: fk of q.
   Motion tip_motion(const Pose* frames, const Vec3& p_tip, const double* dq, const double* ddq) const;
 
  private:
