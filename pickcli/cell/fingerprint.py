@@ -2,8 +2,8 @@
 
 Included: the robot's chain, shapes, limits and base pose, the tool's geometry, the pod and its displacement
 bounds, tote, places, obstacles, allowed pairs, clearance and speed scale. Not included: file names, comments,
-the order of keys, named configurations, devices, items (the scene's hash covers them) and values for
-simulation only.
+the order of keys, named configurations, items (the scene's hash covers them), and devices, load limits,
+motors and masses, which have hashes of their own (``equipment``).
 """
 
 from __future__ import annotations

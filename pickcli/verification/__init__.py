@@ -11,8 +11,8 @@ Read in this order:
   `link_shapes` for two links at single configurations; `solid_arrays` and `broad_phase` for thousands of
   pairs at once; `ray_casting` along a line.
 - The motion: `structure_check`, `clearance_check` with `exemptions`, `joint_limit_check` by the bounds in
-  `quintic`, `straightness_check`, `tool_speed`, and `event_check` with `finger_events` or
-  `vacuum_events`; `tool_change_check` while an item is held.
+  `quintic`, `effort_check` by `inverse_dynamics`, `straightness_check`, `tool_speed`, and `event_check` with
+  `finger_events` or `vacuum_events`; `tool_change_check` while an item is held.
 - The item: `contact_check` with `contact_exemptions`, `support_check` by `pile_statics` and `equilibrium`,
   `push_check`, `topple_check`, `tipping_check`; `grasp_check` with `load_check`, or `pinch_check`
   with `strayed_pinch_check`, as `hold_choice` selects; `release_check`.
