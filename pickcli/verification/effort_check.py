@@ -18,7 +18,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import tip_poses
-from pickcli.verification.inverse_dynamics import Carried, body_motions, carried_links, efforts
+from pickcli.verification.inverse_dynamics import CarriedBody, body_motions, carried_links, efforts
 from pickcli.verification.quintic import motion
 from pickcli.verification.state_sampling import States
 
@@ -52,7 +52,7 @@ def check_efforts(plan: Plan, scene: Scene, states: States, T_tip_item: Array | 
         during = (times >= segment.t_start) & (times <= segment.t_end)
         tips = tip_poses(robot, links[:, during], segment.tool_state)
         some = [each.during(during) for each in motions]
-        held = Carried(last, tips @ T_tip_item, _inertial(scene.item(segment.held)))
+        held = CarriedBody(last, tips @ T_tip_item, _inertial(scene.item(segment.held)))
         needed[during] += efforts(robot, some, [held])
     ratios = np.abs(needed) / [robot.motor_forces[name] for name in robot.joint_names]
     for j, (name, unit) in enumerate(zip(robot.joint_names, robot.units, strict=True)):

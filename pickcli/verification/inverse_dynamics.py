@@ -41,18 +41,32 @@ class BodyMotion:
     alpha: Array
 
     def acceleration_at(self, point: Array) -> Array:
-        """Return the acceleration (N, 3) of a point (N, 3) of the body, m/s^2."""
+        """Return the acceleration of a point of the body.
+
+        Args:
+            point: (N, 3) m, in the world.
+
+        Returns:
+            (N, 3) m/s^2.
+        """
         arm = point - self.origin
         return self.acceleration + np.cross(self.alpha, arm) + np.cross(self.omega, np.cross(self.omega, arm))
 
     def during(self, chosen: NDArray[np.bool_]) -> BodyMotion:
-        """Return the motion in those of the states that a mask (N,) chooses."""
+        """Return the motion in some of the states.
+
+        Args:
+            chosen: (N,) mask of the states.
+
+        Returns:
+            The motion in those.
+        """
         rows = (self.origin, self.axis, self.acceleration, self.omega, self.alpha)
         return BodyMotion(self.joint, *(row[chosen] for row in rows))
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class CarriedBody:
     """Something that a body carries.
 
     Attributes:
@@ -100,7 +114,7 @@ def body_motions(robot: Robot, links: Array, dQ: Array, ddQ: Array) -> list[Body
     return found
 
 
-def carried_links(robot: Robot, links: Array) -> list[Carried]:
+def carried_links(robot: Robot, links: Array) -> list[CarriedBody]:
     """Return all links that move, as what the bodies carry.
 
     Args:
@@ -114,10 +128,10 @@ def carried_links(robot: Robot, links: Array) -> list[Carried]:
     for k, joint in enumerate(robot.joints):
         bodies.append(bodies[parent_index(robot, k)] + (joint.name in robot.joint_names))
     each = zip(bodies, links, robot.links, strict=True)
-    return [Carried(body, poses, link.inertial) for body, poses, link in each if body > 0]
+    return [CarriedBody(body, poses, link.inertial) for body, poses, link in each if body > 0]
 
 
-def efforts(robot: Robot, motions: list[BodyMotion], carried: Iterable[Carried]) -> Array:
+def efforts(robot: Robot, motions: list[BodyMotion], carried: Iterable[CarriedBody]) -> Array:
     """Compute the efforts of the joints that move what they carry.
 
     Args:

@@ -21,7 +21,7 @@ from pickcli.kinematics.held_body import HeldBody
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.robot_urdf import write_urdf
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
-from pickcli.verification.inverse_dynamics import Carried, body_motions, carried_links, efforts
+from pickcli.verification.inverse_dynamics import CarriedBody, body_motions, carried_links, efforts
 
 SEEDS = st.integers(0, 2**31)
 ROBOTS = ("apc2016_delft", "ur5e_crates", "panda_table", "apc2016_kth")
@@ -42,7 +42,7 @@ def by_verifier(robot: Robot, Q: Array, dQ: Array, ddQ: Array, held: HeldBody | 
     motions, carried = body_motions(robot, links, dQ, ddQ), carried_links(robot, links)
     if held is not None:
         tips = tip_poses(robot, links, next(iter(robot.tool.states)))
-        carried.append(Carried(len(motions) - 1, tips, Inertial(held.mass, held.p_tip_com, held.inertia)))
+        carried.append(CarriedBody(len(motions) - 1, tips, Inertial(held.mass, held.p_tip_com, held.inertia)))
     return efforts(robot, motions, carried)
 
 
