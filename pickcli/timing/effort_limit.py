@@ -14,8 +14,11 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.kinematics.arm_dynamics import ArmDynamics
+from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.path_constraint import HalfPlanes
+from pickcli.timing.trajectory_sampling import states_at
 
+STEP = 0.002  # s between the states of a motion at which its efforts are computed
 MIN_SHARE = 1e-3  # share of the limits that the half-planes leave at least, if the weight takes up nearly all
 
 
@@ -33,6 +36,19 @@ class EffortLimit:
 
     def __str__(self) -> str:
         return "what the motors may exert"
+
+    def is_kept(self, trajectory: Trajectory) -> bool:
+        """Whether the efforts during a motion keep the limits, at states at most ``STEP`` apart.
+
+        Args:
+            trajectory: The motion.
+
+        Returns:
+            True if they do.
+        """
+        n = int(np.ceil(trajectory.duration / STEP)) + 1
+        states = states_at(trajectory, np.linspace(0.0, trajectory.duration, n))
+        return bool((np.abs(self.dynamics.efforts(*states)) <= self.most).all())
 
     def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
         """Compute two half-planes for the effort of each joint (see ``PathConstraint``).

@@ -27,10 +27,8 @@ from pickcli.scene.scene import Scene
 from pickcli.timing.effort_limit import EffortLimit
 from pickcli.timing.path_constraint import PathConstraint, PathConstraints
 from pickcli.timing.timed_run import TimedRun, time_run
-from pickcli.timing.trajectory_sampling import states_at
 from pickcli.timing.wrench_limit import WrenchLimit
 
-EFFORT_STEP = 0.002  # s between the states at which the efforts of the motors are computed
 BETWEEN = 1e-3  # share of the load by which it may exceed the limit between the states that timing checks
 # An item's weight is taken up slowly if the cup holds it by its side, the cup's axis sloping less than this
 # sine, and the torque of the weight is at least this share of what the cup bears. Both include a little more
@@ -191,15 +189,9 @@ def _timed_by_motors(
     robot = context.cell.robot
     most = MOTOR_SHARE * np.array([robot.motor_forces[name] for name in robot.joint_names])
     motors = EffortLimit(ArmDynamics(context.arm, segments[0].mode.tool_state, held), most)
-    if isinstance(run, Failures) or _keeps(motors, run):
+    if isinstance(run, Failures) or motors.is_kept(run.trajectory):
         return run
     return _timed(context, segments, checkers, motors if limit is None else PathConstraints((limit, motors)))
-
-
-def _keeps(motors: EffortLimit, run: TimedRun) -> bool:
-    """Whether the efforts of the motors during a run keep their limits, but for what sampling leaves out."""
-    t = np.linspace(0.0, run.trajectory.duration, int(np.ceil(run.trajectory.duration / EFFORT_STEP)) + 1)
-    return bool(motors.time_scale(*states_at(run.trajectory, t)).max() == 1.0)
 
 
 def _timed(
