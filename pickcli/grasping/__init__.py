@@ -5,7 +5,8 @@ Each samples grasps of a `grasp_target`, as widely as `search` states.
 
 - `suction_grasping`, by `suction_candidates`: `surfaces` and `region` are the faces of an item, `face_poses`
   selects poses on them, `lip_coverage` is what the cup keeps across a narrow one, `cup_press` how far it is
-  pressed on, `press_check` whether the item tips over; `contact_speeds` keeps its results.
+  pressed on, `press_check` whether the item tips over, if no `backing` stops it; `contact_speeds` keeps its
+  results.
 - `region_import` makes seals and areas of an item from KTH's regions, which `box_tsr` reads.
 - `envelope` is the set of poses from which an object is grasped: `finger_envelopes` are those of a shape,
   `cup_envelopes` those of an item, `envelope_truncation` is what a scene leaves of one.

@@ -3,7 +3,8 @@
 A cup from above must press within the item's support. A cup from the side may tip an item that is tall for
 its depth: the item turns about the edge of its footing on the far side. It returns, or is held leaning, as
 long as its centre is not over that edge. An item that needs more force than its weight to tip slides instead;
-below that, sliding is neglected. Solids behind the item are not considered as supports.
+below that, sliding is neglected. A wall close behind the item stops it before it falls (``backing``); what
+else is behind it does not count.
 
 Let D be the travel of the cup beyond the face, k the stiffness of its bellows, W the weight, l the lever arm
 of a part of the lip about the edge and d how far the face is back from the edge there, both seen along the
@@ -28,6 +29,7 @@ from numpy.typing import NDArray
 from pickcli.cell.tool import Tool
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import GRAVITY, Array
+from pickcli.grasping.backing import is_backed
 from pickcli.grasping.cup_press import max_press_depth, overtravel
 from pickcli.motion.plan import Grasp
 from pickcli.scene.scene import PlacedItem
@@ -75,7 +77,10 @@ def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | N
         return fastest
     speed = MOST_SPEED * press.throwing_speed
     is_tipped = press.tilt > MAX_TILT_SHARE * press.balance or speed < SLOWEST * fastest
-    return None if is_tipped else min(fastest, speed)
+    if not is_tipped:
+        return min(fastest, speed)
+    pressed_at = (contacts.target.T_world_item @ grasp.T_item_tip)[:3, 3]
+    return fastest if is_backed(contacts, press.edge, press.way, pressed_at, tool.cup.radius) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,11 +136,13 @@ class _Footing:
         return np.asarray(feet)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Press:
     """A press from the side, and the edge about which the item would tip under it.
 
     Attributes:
+        edge: (3,) m in the world, the edge's nearest point to the item's centre.
+        way: (2,) level unit vector across the edge, outwards.
         inside: m that the item's centre is inside of the edge.
         below: m that the edge is below the centre.
         arm: m from the edge to the line of the press.
@@ -148,6 +155,8 @@ class _Press:
         stiffness: N/m of the bellows.
     """
 
+    edge: Array
+    way: Array
     inside: float
     below: float
     arm: float
@@ -238,7 +247,20 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     weight, press_depth = target.item.lightest * GRAVITY, max_press_depth(grasp, tool, noise)
     back = -float(to_tip[first] @ (*(tip[:2, 2] @ ways[first] * ways[first]), tip[2, 2]))
     arm, cup = float(arms[first]), tool.cup
-    return _Press(b, z, arm, back, cup.radius, balance, inertia, weight, press_depth, cup.stiffness)
+    return _Press(
+        edges[first],
+        ways[first],
+        b,
+        z,
+        arm,
+        back,
+        cup.radius,
+        balance,
+        inertia,
+        weight,
+        press_depth,
+        cup.stiffness,
+    )
 
 
 def _underside(target: PlacedItem, points: Array) -> Array:

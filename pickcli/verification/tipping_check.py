@@ -13,6 +13,10 @@ Between the last bearing line and the next, bisection finds the edge, from insid
 above, the support is enlarged by horizontal pose errors, so that a refused press tips the item for any of
 them.
 
+A wall close behind an item stops it before it falls: it leans on it. The wall has to be there above the cup,
+on either side of it, as level lines through the item show within pose errors; what else may be behind it does
+not count.
+
 An item that does not stand by its weight is held from the side, which vertical lines do not show: it is not
 judged.
 """
@@ -26,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.shapes import Shape
+from pickcli.cell.station import UNKNOWN
 from pickcli.errors import Reason
 from pickcli.geometry import GRAVITY, Array, inverse
 from pickcli.motion.plan import Plan
@@ -47,6 +52,7 @@ N_LIP = 36  # parts of the lip that press each by itself
 REBOUND = 2.0  # times the cup's speed: speed of an item that undamped bellows throw
 NO_LEVER = 1e-6  # m
 MOST_THROWN = 0.8  # of the energy that lifts the centre over the edge
+MOST_LEAN = 0.07  # rad by which an item may lean on a wall: a lip follows, and friction holds its foot
 MOST_FRICTION = 1.0  # of an item on its support: if tipping takes more, it slides
 DIRECTION_ANGLES = np.radians(np.arange(360.0))
 DIRECTIONS = np.column_stack([np.cos(DIRECTION_ANGLES), np.sin(DIRECTION_ANGLES)])
@@ -171,6 +177,8 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
     first = int(np.argmin(lasts))  # the edge over which the least force tips it
     if lasts[first] >= MOST_FRICTION:
         return False
+    if _leans_on_wall(scene, placed, press, edges[first], ways[first]):
+        return False
     noise, arm = scene.noise_of(placed), np.linalg.norm(np.cross(point - centre, press.tip[:3, 2]))
     depth = press.depth + float(noise.at(np.array(arm)))
     most = float(np.arctan2(-centres[first, 0], centres[first, 1])) - noise.angle
@@ -184,6 +192,33 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
     turn = REBOUND * press.speed / lowest
     thrown, energy = _energy(placed, centre - edges[first], ways[first]) * turn**2, work + relaxed
     return bool(np.all(np.diff(energy) < 0.0) or thrown > MOST_THROWN * (energy[-1] - energy.min()))
+
+
+def _leans_on_wall(scene: Scene, placed: PlacedItem, press: Press, edge: Array, way: Array) -> bool:
+    """Whether a wall surely stops an item that turns about an edge (3,) along a level direction (2,)."""
+    shape, T = placed.item.shape, placed.T_world_item
+    ahead, across = np.array([*way, 0.0]), np.array([-way[1], way[0], 0.0])
+    axes = np.column_stack([ahead, across, [0.0, 0.0, 1.0]])
+    half = shape.reach(axes.T @ T[:3, :3])
+    low, high = float(press.lip[:, 2].max()), float(T[2, 3] + half[2])
+    aside, up = np.meshgrid(np.linspace(-half[1], half[1], N_LINES), np.linspace(low, high, N_LINES))
+    starts = np.column_stack([np.zeros(aside.size), aside.ravel(), up.ravel() - T[2, 3]]) @ axes.T + T[:3, 3]
+    back = _along_ray(shape, T, starts, ahead)[1]
+    gaps = np.full(len(starts), np.inf)
+    for carrier in scene.posed_carriers:
+        for body in carrier.bodies if carrier.name != UNKNOWN else ():
+            off = scene.bound(placed) + carrier.uncertainty(body)
+            T_body = carrier.T_world_carrier @ body.T_parent_shape
+            ahead_by = _along_ray(body.shape, T_body, starts, ahead)[0] - back
+            gaps = np.fmin(gaps, np.where(ahead_by >= -off, np.maximum(ahead_by, 0.0) + off, np.inf))
+    stops = gaps <= np.sin(MOST_LEAN) * (starts[:, 2] - edge[2])
+    here = float((press.tip[:3, 3] - T[:3, 3]) @ across)
+    return bool(stops[aside.ravel() <= here].any() and stops[aside.ravel() >= here].any())
+
+
+def _along_ray(shape: Shape, T: Array, starts: Array, along: Array) -> tuple[Array, Array]:
+    """Return where rays from (N, 3) in the world enter and leave a solid at a pose (4, 4), m, or NaN."""
+    return cast_rays(shape, (starts - T[:3, 3]) @ T[:3, :3], along @ T[:3, :3])
 
 
 def _energy(placed: PlacedItem, from_edge: Array, way: Array) -> float:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import GRAVITY, pose
+from pickcli.grasping.backing import is_backed
 from pickcli.grasping.cup_press import max_press_depth, overtravel
 from pickcli.grasping.press_check import MOST_SPEED
 from pickcli.motion.plan import Grasp
@@ -26,6 +27,7 @@ from support.piles import pile
 from support.tool_states import DOWN, STRAIGHT
 
 TALL = 0.1  # m
+NOISE = PoseNoise(0.002, float(np.radians(1.0)))
 INTO_X = np.column_stack([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
 
 
@@ -78,6 +80,71 @@ def test_the_greatest_press_depth_is_that_on_an_item_that_is_nearer_than_it_is_s
     problem, grasp = pressed(cell, upright(cell, 0.02), 0.06, noise)
     assert max_press_depth(grasp, tool, noise) == overtravel(grasp, tool, noise) + 0.002
     assert problem.scene.noise is noise
+
+
+def at_back_wall(cell: Cell, gap: float, tall: float = TALL, depth: float = 0.009) -> PlacedItem:
+    """A slender box at a gap (m) from the back wall of a bin."""
+    item = shaped(cell, (depth, 0.08, tall), mass=0.1)
+    return at(cell, "box", item, float(cell.pod.bins[BIN].room.high[0]) - gap - depth / 2, 0.0, tall / 2)
+
+
+@pytest.mark.parametrize(("gap", "is_stopped"), [(0.0005, True), (0.02, False)])
+def test_what_a_wall_stops_before_it_leans_is_pressed_on_at_full_speed(
+    cell: Cell, gap: float, is_stopped: bool
+) -> None:
+    item = at_back_wall(cell, gap)
+    problem, grasp = pressed(cell, item, 0.06, NOISE)
+    speed = contact_speed(problem, grasp)
+    assert speed == (cell.robot.tool.cup.contact_speed if is_stopped else None)
+    tip = item.T_world_item @ grasp.T_item_tip @ pose((0.0, 0.0, 0.004))
+    cup = cell.robot.tool.cup
+    press = Press(tip, 0.004, cup.stiffness, cup.contact_speed, cup.radius)
+    assert falls_over(problem.scene, item, press) is not is_stopped
+
+
+def test_poses_that_may_be_off_bring_the_wall_farther_away(cell: Cell) -> None:
+    """Of a box 100 mm high 6 mm make 0.06 rad: 2 mm of its gap, and 5 mm of its error."""
+    item = at_back_wall(cell, 0.002)
+    for off, is_stopped in ((0.002, True), (0.005, False)):
+        speed = contact_speed(*pressed(cell, item, 0.06, PoseNoise(off, 0.0)))
+        assert (speed is not None) is is_stopped
+
+
+def test_a_neighbour_behind_an_item_does_not_stop_it(cell: Cell) -> None:
+    item = upright(cell, 0.009)
+    behind = at(cell, "other", shaped(cell, (0.05, 0.2, 0.2), mass=3.0), 0.381, 0.0, 0.1)
+    problem, grasp = pressed(cell, item, 0.06, NOISE)
+    assert contact_speed(replace(problem, scene=replace(problem.scene, items=(item, behind))), grasp) is None
+
+
+def test_a_wall_that_ends_beside_the_press_does_not_stop_it(cell: Cell) -> None:
+    """Half of the item is behind the wall of a bin that is as wide: it would turn about the wall's edge."""
+    item = at_back_wall(cell, 0.0005)
+    problem, grasp = pressed(cell, item, 0.06)
+    tip = item.T_world_item @ grasp.T_item_tip
+    edge, way = item.T_world_item[:3, 3] - (0.0, 0.0, TALL / 2), np.array([1.0, 0.0])
+    assert is_backed(problem.contacts, edge, way, tip[:3, 3], 0.015)
+    assert not is_backed(problem.contacts, edge, way, tip[:3, 3] + (0.0, 0.05, 0.0), 0.015)
+    assert not is_backed(problem.contacts, edge, way, tip[:3, 3] + (0.0, 0.0, 0.05), 0.015)
+    assert not is_backed(problem.contacts, edge, -way, tip[:3, 3], 0.015)
+
+
+@given(
+    gap=st.floats(0.0, 0.01), tall=st.floats(0.04, 0.2), share=st.floats(0.2, 0.9), off=st.floats(0.0, 0.003)
+)
+@settings(max_examples=40, deadline=None, derandomize=True)
+def test_what_the_planner_presses_on_a_wall_stands_by_the_verifier_s_rule_too(
+    gap: float, tall: float, share: float, off: float
+) -> None:
+    cell, noise = handmade_plans.cell(), PoseNoise(off, 0.0)
+    item = at_back_wall(cell, gap, tall)
+    problem, grasp = pressed(cell, item, share * tall, noise)
+    speed = contact_speed(problem, grasp)
+    if speed is None:
+        return
+    push, cup = overtravel(grasp, cell.robot.tool, noise), cell.robot.tool.cup
+    tip = item.T_world_item @ grasp.T_item_tip @ pose((0.0, 0.0, push))
+    assert not falls_over(problem.scene, item, Press(tip, push, cup.stiffness, speed, cup.radius))
 
 
 @given(

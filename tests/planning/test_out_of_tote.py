@@ -19,7 +19,9 @@ from pickcli.planning.stages.extraction import extraction_of
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.execute import execute
+from pickcli.simulation.reality import Reality
 from pickcli.simulation.world import World
+from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import certify, verify
 from support.tool_states import DOWN, STRAIGHT
 
@@ -81,6 +83,31 @@ def test_beside_a_wall_it_moves_away_from_it_before_it_rises(
     for way in ways:
         moved = problem.T_world_entry[:3, :3] @ way.lift[:3]
         assert moved[0] < -0.005 and moved[2] > 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_what_stands_on_edge_at_a_wall_is_pressed_on_it_and_comes_out(
+    context: PlanningContext, cell: Cell, home: Start, seed: int
+) -> None:
+    """A slender pack would fall over under the cup if the wall did not stop it."""
+    name, tote = "womens_knit_gloves", cell.places[TOTE]
+    item, low = cell.item(name), tote.room.low
+    T = pose(
+        (0.05, float(low[1]) + 0.001 + float(item.shape.extents[2]) / 2, float(item.shape.extents[1]) / 2),
+        rpy=(np.pi / 2, 0.0, 0.0),
+    )
+    scene = Scene(
+        cell, cell.T_world_pod, (PlacedItem(name, item, TOTE, cell.T_world_place(tote) @ T),), PoseNoise()
+    )
+    seen = perceive(scene, DEFAULT_NOISE, seed, 1, Reality())
+    plan = certify(plan_pick(context, seen, PickQuery(TOTE, name), home), seen)
+    assert plan.grasp is not None and plan.grasp.kind != "top-down"
+    world = World(scene, home.q)
+    run = execute(plan, world)
+    assert run.has_item and not run.stopped
+    assert not world.contacts.collisions
+    world.close()
 
 
 def test_what_lies_askew_comes_out_although_the_box_around_it_is_wider_than_the_tote(

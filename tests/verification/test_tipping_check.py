@@ -159,6 +159,7 @@ def test_floors_carry_too_and_the_pod_where_it_may_stand(where: str, off: float)
 
 WEIGHT = 0.2 * 0.9 * GRAVITY  # N, as light as it may be
 DEEP, TALL = 0.02, 0.1  # m
+AHEAD = -0.4  # m, where it stands in front of the pod, far from any wall
 STIFF = 1000.0  # N/m
 
 
@@ -166,9 +167,9 @@ def standing(
     noise: PoseNoise | None = None, turn: float = 0.0, depth: float = DEEP
 ) -> tuple[Scene, PlacedItem]:
     """A box on a floor, tall for its depth along x, turned about the vertical."""
-    T = pose((0.0, 0.0, TALL / 2), rpy=(0.0, 0.0, turn))
+    T = pose((AHEAD, 0.0, TALL / 2), rpy=(0.0, 0.0, turn))
     item = lying("item", Shape(ShapeKind.BOX, (depth, 0.08, TALL)), T, 0.2)
-    floor = lying("floor", Shape(ShapeKind.BOX, (0.5, 0.5, 0.02)), pose((0.0, 0.0, -0.01)), 1.0)
+    floor = lying("floor", Shape(ShapeKind.BOX, (0.5, 0.5, 0.02)), pose((AHEAD, 0.0, -0.01)), 1.0)
     return make_scene(item, floor, noise=noise), item
 
 
@@ -266,15 +267,22 @@ def test_what_leans_as_it_is_perceived_turns_about_its_own_edge(lean: float) -> 
     b, z, height, error = 0.02, 0.03, 0.045, 0.06
     R = rotation_axis_angle(np.array([0.0, 1.0, 0.0]), lean)
     centre = R @ [-b, 0.0, z]  # of a box with its edge at the origin
-    item = lying("item", Shape(ShapeKind.BOX, (2 * b, 0.08, 2 * z)), pose(centre, R=R), 0.2)
-    floor = lying("floor", Shape(ShapeKind.BOX, (0.5, 0.5, 0.02)), pose((0.0, 0.0, -0.01)), 1.0)
+    item = lying(
+        "item",
+        Shape(ShapeKind.BOX, (2 * b, 0.08, 2 * z)),
+        pose(centre + np.array([AHEAD, 0.0, 0.0]), R=R),
+        0.2,
+    )
+    floor = lying("floor", Shape(ShapeKind.BOX, (0.5, 0.5, 0.02)), pose((AHEAD, 0.0, -0.01)), 1.0)
     scene = make_scene(item, floor, noise=PoseNoise(0.0, error))
     to_edge = np.arctan2(-centre[0], centre[2])
     lifting = GRAVITY * np.hypot(b, z) * (np.cos(error) - np.cos(to_edge))
     turn = np.sqrt(2.0 * MOST_THROWN * lifting / ((b**2 + z**2) * 4.0 / 3.0))
     across = np.column_stack([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
     for share, falls in ((0.97, False), (1.03, True)):
-        press = Press(pose((-2 * b, 0.0, height), R=across), 0.0, 1e-6, float(share * turn * height / 2.0))
+        press = Press(
+            pose((AHEAD - 2 * b, 0.0, height), R=across), 0.0, 1e-6, float(share * turn * height / 2.0)
+        )
         assert falls_over(scene, item, press) is falls
 
 
