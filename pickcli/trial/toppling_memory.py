@@ -10,7 +10,8 @@ from pickcli.errors import Reason
 from pickcli.scene.scene import PlacedItem
 from pickcli.trial.trial_result import Attempt, Outcome
 
-MOST_TOPPLED = 3  # pushes against one item
+MOST_PUSHES = 10  # against one item
+MOST_JAMS = 3  # of those, that are stopped as the item jams
 STANDS = ("no face within reach", "tips the item")  # reasons of a pose in which no grasp is possible
 OUT_OF_REACH = ("collision", "no room for the tool", "no inverse-kinematics solution")  # at the item
 MOST_SHARE = 0.5  # of the reasons against an item, that must be of these kinds
@@ -23,14 +24,16 @@ class TopplingMemory:
     Attributes:
         can_push: Whether any tool of the cell pushes items over.
         standing: Ids of the items whose last attempt had no plan because of their pose.
-        in_vain: Ids of the items that cannot be toppled in the present scene.
+        in_vain: Ids of the items that cannot be toppled before something else has moved.
         n_pushed: Number of pushes against each item.
+        n_jammed: Number of those that were stopped.
     """
 
     can_push: bool = True
     standing: set[str] = field(default_factory=set)
     in_vain: set[str] = field(default_factory=set)
     n_pushed: Counter[str] = field(default_factory=Counter)
+    n_jammed: Counter[str] = field(default_factory=Counter)
 
     def note(self, attempt: Attempt) -> None:
         """Learn from an attempt.
@@ -41,8 +44,11 @@ class TopplingMemory:
         if attempt.execution is not None:
             self.in_vain.clear()  # something has moved
             self.standing.discard(attempt.item)
-            if attempt.topples:  # what stopped a push jams, and would stop the next one
-                self.n_pushed[attempt.item] += MOST_TOPPLED if attempt.execution.stopped else 1
+            if attempt.topples:
+                self.n_pushed[attempt.item] += 1
+                if attempt.execution.stopped:  # what jams would stop the next push, too
+                    self.n_jammed[attempt.item] += 1
+                    self.in_vain.add(attempt.item)
         elif attempt.topples:
             self.in_vain.add(attempt.item)
         elif attempt.outcome in (Outcome.NO_PLAN, Outcome.REJECTED):
@@ -63,7 +69,8 @@ class TopplingMemory:
         """
         can_turn = self.can_push and place.is_open_box
         known = (placed.id in self.standing or not can_be_held) and placed.id not in self.in_vain
-        return can_turn and known and self.n_pushed[placed.id] < MOST_TOPPLED
+        is_tried = self.n_pushed[placed.id] >= MOST_PUSHES or self.n_jammed[placed.id] >= MOST_JAMS
+        return can_turn and known and not is_tried
 
 
 def _is_of_pose(reason: Reason) -> bool:
