@@ -23,6 +23,7 @@ from pickcli.statics.toppling import GRAZE, loaded_on, why_not_safe
 N_DIRECTIONS = 16  # horizontal ones
 BEYOND = 0.01  # m that the centre comes past what carries the item, besides both pose errors
 MOST_WAY = 0.13  # m that the item moves
+LEANING = 0.04  # m that an item moves whose centre is past its carriers already: it leans on a wall or others
 LEAST_WAY, ALONG = 0.03, 0.07  # m at least and most that it moves along what carries it, not off that
 FINE_STEP = 0.001  # m between the points at which the surface of the item is looked for
 STEP = 0.01  # m between the places on its way at which the room is looked at
@@ -148,8 +149,8 @@ def _slide(supports: Supports, item_id: str, below: list[str], turn: float) -> S
     ahead = solids.half_widths(carriers, np.tile(direction, (len(carriers), 1, 1)))[:, 0]
     ends = solids.T[carriers, :3, 3] @ direction + ahead + solids.bound[carriers]
     bound, centre = float(solids.bound[k]), placed.T_world_item[:3, 3]
-    # One whose centre is past its carriers already leans on a wall or on others.
-    way = max(float(ends.max() - centre @ direction), 0.0) + bound + BEYOND
+    left = float(ends.max() - centre @ direction)
+    way = (left if left > 0.0 else LEANING) + bound + BEYOND
     shape, T = placed.item.shape, placed.T_world_item
     return Slide(item_id, direction, across, shape, T, 2.0 * half_width, way, bound)
 
