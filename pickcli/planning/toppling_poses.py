@@ -120,12 +120,11 @@ def poses_from_above(scene: Scene, place: Place, push: Topple) -> Iterator[PushP
 
     Yields:
         The poses, with the cup in the middle of the item's width first; none if the cup could slide on it,
-        or if the errors of the pose leave nothing of the stroke of its bellows.
+        or if the errors of the pose are larger than half the stroke of its bellows.
     """
     grip, placed = scene.cell.robot.tool.grip, scene.find(push.item)
-    press = min(grip.gives_way / 2.0, grip.gives_way - push.bound - LEAST_PRESS)
-    inside = min(grip.tip_radius, _depth(push, placed) / 2.0)
-    if press < _height_error(scene, push, placed) + LEAST_PRESS:
+    press, inside = grip.gives_way / 2.0, min(grip.tip_radius, _depth(push, placed) / 2.0)
+    if press < push.bound + LEAST_PRESS:
         return
     # Moments about the edge: friction bears the weight, and the press inside of the edge. The part of the lip
     # that hangs over does not press.
@@ -156,15 +155,6 @@ def poses_from_above(scene: Scene, place: Place, push: Topple) -> Iterator[PushP
 def _height(push: Topple) -> float:
     """Return how high over its edge an item surely reaches, m."""
     return float(push.top(0.0) - push.bound - push.edge[1])
-
-
-def _height_error(scene: Scene, push: Topple, placed: PlacedItem) -> float:
-    """Bound how far the upper side of an item may be above or below where it is seen, m.
-
-    What turns the item about its middle moves its upper side mostly aside.
-    """
-    sides = np.delete(placed.item.shape.extents, "xyz".index(push.upper[1])) / 2.0
-    return float(scene.noise_of(placed).at(np.array(np.linalg.norm(sides))))
 
 
 def _depth(push: Topple, placed: PlacedItem) -> float:
