@@ -17,7 +17,7 @@ from pickcli.trial.recovery_levels import recover
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_result import Attempt, Outcome
 
-MIN_SHIFT = 0.02  # m from which on a pushed item counts as moved: more than two pose errors
+MIN_SHIFT = 0.01  # m from which on a pushed item counts as moved: more than two pose errors
 
 
 def carry_out(runner: AttemptRunner, attempt: Attempt) -> Attempt:

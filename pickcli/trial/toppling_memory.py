@@ -11,7 +11,7 @@ from pickcli.scene.scene import PlacedItem
 from pickcli.trial.trial_result import Attempt, Outcome
 
 MOST_PUSHES = 10  # against one item
-MOST_JAMS = 3  # of those, that are stopped as the item jams
+MOST_JAMS = 3  # of those, that move it no farther than its pose may be off
 STANDS = ("no face within reach", "tips the item")  # reasons of a pose in which no grasp is possible
 OUT_OF_REACH = ("collision", "no room for the tool", "no inverse-kinematics solution")  # at the item
 MOST_SHARE = 0.5  # of the reasons against an item, that must be of these kinds
@@ -26,7 +26,7 @@ class TopplingMemory:
         standing: Ids of the items whose last attempt had no plan because of their pose.
         in_vain: Ids of the items that cannot be toppled before something else has moved.
         n_pushed: Number of pushes against each item.
-        n_jammed: Number of those that were stopped.
+        n_jammed: Number of those that did not move it.
     """
 
     can_push: bool = True
@@ -46,8 +46,8 @@ class TopplingMemory:
             self.standing.discard(attempt.item)
             if attempt.topples:
                 self.n_pushed[attempt.item] += 1
+                self.n_jammed[attempt.item] += attempt.outcome is Outcome.NOT_TOPPLED
                 if attempt.execution.stopped:  # what jams would stop the next push, too
-                    self.n_jammed[attempt.item] += 1
                     self.in_vain.add(attempt.item)
         elif attempt.topples:
             self.in_vain.add(attempt.item)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "kinematics/inverse_dynamics.hpp"
 #include "kinematics/line_following.hpp"
 #include "random_cases.hpp"
 
@@ -31,6 +32,41 @@ TEST_CASE("the Jacobian is what small steps do") {
         CHECK_LE(std::abs(J[static_cast<std::size_t>(row * chain.n() + j)] - expected[row]), 1e-5);
     }
   }
+}
+
+TEST_CASE("at rest a joint exerts what the weight's potential energy changes by") {
+  test::Random random(37);
+  for (int i = 0; i < 30; ++i) {
+    const Robot robot = random.robot();
+    const Chain& chain = robot.chain();
+    const std::size_t n = static_cast<std::size_t>(chain.n()), n_frames = chain.joints().size();
+    std::vector<RigidBody> bodies;
+    for (std::size_t k = 0; k < n_frames; ++k)
+      bodies.push_back({random.between(0.0, 3.0), random.point(0.2), {}});
+    std::vector<double> q = random.configuration(chain.n()), rest(n, 0.0), efforts(n);
+    InverseDynamics(chain, bodies).efforts(q.data(), rest.data(), rest.data(), 9.81, efforts.data());
+    const auto energy = [&] {
+      std::vector<Pose> frames(n_frames);
+      chain.fk(q.data(), frames.data());
+      double sum = 0.0;
+      for (std::size_t k = 0; k < n_frames; ++k) sum += 9.81 * bodies[k].mass * (frames[k] * bodies[k].centre).z;
+      return sum;
+    };
+    for (std::size_t j = 0; j < n; ++j) {
+      constexpr double step = 1e-5;
+      q[j] += step;
+      const double after = energy();
+      q[j] -= 2.0 * step;
+      const double before = energy();
+      q[j] += step;
+      CHECK_LE(std::abs((after - before) / (2.0 * step) - efforts[j]), 1e-5);
+    }
+  }
+}
+
+TEST_CASE("inverse dynamics has one body for each frame") {
+  const Chain chain({{JointKind::revolute, {}, {0.0, 0.0, 1.0}, 0}});
+  CHECK_THROWS(InverseDynamics(chain, {}));
 }
 
 TEST_CASE("a configuration that is found reaches its target within the limits") {
