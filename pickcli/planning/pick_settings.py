@@ -28,7 +28,7 @@ class PickSettings:
         lift_speed: m/s of the tool on the lift.
         retreat_speed: m/s of the tool on the retreat.
         push_speed: m/s of the tool on lift and retreat where the item may push others aside, and where the
-            empty tool topples an item.
+            empty tool comes out after a push.
         push_rest: s at rest at the end of a push that topples an item, in which it falls.
         drop_speed: m/s of the tool on the last line to where the item is dropped.
         release_time: s at rest at the release, while the cup is vented. Not longer: an item that lands on an

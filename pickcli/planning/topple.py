@@ -40,7 +40,9 @@ from pickcli.statics.toppling import Topple, loaded_on, topples
 
 SLIPS = "it slips off below the tool"
 TOO_LOW = "it is too low for the cup, or begins too far behind where it is met"
-SLIDE_SPEED = 0.02  # m/s of a push that moves an item off: the rigid side of the cup knocks at it no harder
+# m/s of a push that turns an item over, and of one that moves it off: what jams is knocked at by the rigid side of
+# the cup with a force in proportion to the speed.
+TOPPLE_SPEED, SLIDE_SPEED = 0.03, 0.02
 N_SEEDS = 12  # random seeds of inverse kinematics
 
 
@@ -216,9 +218,11 @@ class _PushPlanner:
     ) -> MotionSegment | Failures:
         """Follow a line between two poses (4, 4), from the configuration (n,) at the first."""
         settings = self.context.settings
-        is_slow = isinstance(self.push, Slide) and kind is SegmentKind.PUSH
-        pushing = SLIDE_SPEED if is_slow else settings.push_speed
-        speed = settings.preapproach_speed if kind is SegmentKind.PREAPPROACH else pushing
+        speeds = {
+            SegmentKind.PREAPPROACH: settings.preapproach_speed,
+            SegmentKind.PUSH: SLIDE_SPEED if isinstance(self.push, Slide) else TOPPLE_SPEED,
+        }
+        speed = speeds.get(kind, settings.push_speed)
         limits = SegmentLimits(max_tool_speed=speed)
         if np.allclose(*ends):
             return MotionSegment(kind, np.stack([q, q]), limits, mode=mode)
