@@ -1,7 +1,7 @@
 """Fresh orders, each played once by ``apc run-trial`` with a seed of its own, and what came of them.
 
     python -m bench.fresh [--orders 20] [--seed 0] [--task pick] [--year 2016] [--cell apc2016_delft]
-                          [--reality FILE] [--processes 2]
+                          [--reality FILE] [--approach lines] [--processes 2]
 
 Orders are those of ``apc make-order`` with the seeds from --seed on. Every finished trial is kept under
 runs/fresh, so that the same command goes on where it was interrupted; other code, data or levels of reality

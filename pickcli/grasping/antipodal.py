@@ -97,6 +97,30 @@ def width_of(shape: Shape, face: str) -> float:
     return float(shape.extents["xyz".index(face)])
 
 
+def flattened(face: str, T_item_tip: Array) -> Array:
+    """Turn and move fingers the least, so that their pads close flat on a face.
+
+    Args:
+        face: Pinched face.
+        T_item_tip: (4, 4) tool frame in the item's, roughly there.
+
+    Returns:
+        (4, 4) the tool frame with its y axis along the normal of both pads' places, midway between them.
+    """
+    R, middle = T_item_tip[:3, :3], T_item_tip[:3, 3].copy()
+    y = R[:, 1].copy()
+    if face == "sphere":
+        return pose((0.0, 0.0, 0.0), R=R)
+    if face == "mantle":
+        y[2] = middle[0] = middle[1] = 0.0
+    else:
+        k = "xyz".index(face)
+        y, middle[k] = np.copysign(1.0, y[k]) * np.eye(3)[k], 0.0
+    y /= np.linalg.norm(y)
+    z = R[:, 2] - (R[:, 2] @ y) * y
+    return pose(middle, R=_frame(y, z / np.linalg.norm(z)))
+
+
 def patch(
     shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float], off: float = 0.0
 ) -> tuple[float, float] | None:
