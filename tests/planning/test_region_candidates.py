@@ -200,6 +200,18 @@ def test_what_is_in_the_way_is_named_if_no_envelope_has_room(
     assert error.value.in_the_way == ("kleenex_tissue_box",)
 
 
+def test_an_item_without_envelopes_has_a_reason_for_having_no_plan(
+    cell: Cell, context: PlanningContext, home: Start, scene_with: SceneWith
+) -> None:
+    held_by_none = next(
+        name for (name, year), item in cell.items.items() if year == 2016 and not item.suction
+    )
+    scene = scene_with((held_by_none, "bin_B", 0.2, 0.0))
+    with pytest.raises(NoPlanError, match="nothing to grasp"):
+        query = PickQuery("bin_B", held_by_none)
+        plan_pick(context.with_approach(GraspApproach.REGION), scene, query, home, seed=3)
+
+
 def _standing(cell: Cell, T_bin: Array, floor: float, name: str, x: float) -> PlacedItem:
     item = cell.item(name)
     return PlacedItem(name, item, "bin_E", T_bin @ pose((x, 0.0, floor + item.shape.extents[2] / 2)))

@@ -17,6 +17,7 @@ from pickcli.collision.motion_segment import Mode
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.envelope import Envelope
 from pickcli.grasping.grasp_target import CandidateSet
+from pickcli.planning.item_envelopes import without_envelopes
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.region_query import RegionChecks, RegionProblem, RegionSearch, region_query
 from pickcli.planning.stages.tool_clearance import room_for_tool
@@ -45,6 +46,8 @@ def region_candidates(
         for state in problem.context.cell.robot.tool.states
         for envelope in _envelopes(problem, state)
     ]
+    if not found:
+        return CandidateSet((), (without_envelopes(problem.target),))
     batches = (batch for each in found for batch in each.batches)
     return CandidateSet(tuple(batches), tuple(reason for each in found for reason in each.rejected))
 
