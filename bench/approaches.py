@@ -1,6 +1,7 @@
 """Targets with a plan, and planning time, by where grasps come from: side by side on fresh scenes.
 
-    python -m bench.approaches [--scenes 6] [--orders 0] [--task pick] [--seed 0] [--json FILE]
+    python -m bench.approaches [--scenes 6] [--orders 0] [--task pick] [--seed 0] [--approaches lines region]
+                               [--json FILE]
 
 Every item of every bin of scenes from fresh orders that a cup can hold is planned as it is seen in a trial,
 with each ``--approach`` of ``apc plan-pick`` in turn, and every plan is verified. Times are those of the
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +30,10 @@ from pickcli.trial.order import OrderKind
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 
 
-def measure(seeds: range) -> dict[str, Tally]:
+def measure(seeds: range, approaches: Sequence[GraspApproach]) -> dict[str, Tally]:
     """What came of the queries, by approach."""
     warm = context()
-    contexts = {str(approach): warm.with_approach(approach) for approach in GraspApproach}
+    contexts = {str(approach): warm.with_approach(approach) for approach in approaches}
     tallies = {name: Tally() for name in contexts}
     for seed, scene in fresh_scenes(warm, seeds):
         seen = perceive(scene, DEFAULT_NOISE, seed, 1, Reality())
@@ -55,12 +57,12 @@ def table_of(tallies: dict[str, Tally]) -> Table:
     return table
 
 
-def played(seeds: range, task: OrderKind) -> dict[str, dict[str, Any]]:
+def played(seeds: range, task: OrderKind, approaches: Sequence[GraspApproach]) -> dict[str, dict[str, Any]]:
     """The summary of trials, by approach; each order is played with all of them before the next."""
-    of_each = [jobs(seeds, 2016, None, task=task, approach=approach) for approach in GraspApproach]
+    of_each = [jobs(seeds, 2016, None, task=task, approach=approach) for approach in approaches]
     trials = play_all([job for of_order in zip(*of_each, strict=True) for job in of_order], processes=1)
     n = len(of_each)  # an order that cannot be stowed is left out for all of them
-    return {str(approach): summary(trials[k::n]) for k, approach in enumerate(GraspApproach)}
+    return {str(approach): summary(trials[k::n]) for k, approach in enumerate(approaches)}
 
 
 def table_of_trials(trials: dict[str, dict[str, Any]]) -> Table:
@@ -84,15 +86,17 @@ def main() -> None:
     parser.add_argument("--orders", type=int, default=0, help="that are played")
     parser.add_argument("--task", choices=("pick", "stow"), default="pick")
     parser.add_argument("--seed", type=int, default=0, help="of the first order")
+    parser.add_argument("--approaches", type=GraspApproach, nargs="+", default=list(GraspApproach))
     parser.add_argument("--json", type=Path, metavar="FILE")
     given = parser.parse_args()
     console, figures = Console(width=110), dict[str, Any]()
     if given.scenes:
-        tallies = measure(range(given.seed, given.seed + given.scenes))
+        tallies = measure(range(given.seed, given.seed + given.scenes), given.approaches)
         console.print(table_of(tallies))
         figures["queries"] = {name: found.figures() for name, found in tallies.items()}
     if given.orders:
-        figures["trials"] = played(range(given.seed, given.seed + given.orders), OrderKind(given.task))
+        seeds = range(given.seed, given.seed + given.orders)
+        figures["trials"] = played(seeds, OrderKind(given.task), given.approaches)
         console.print(table_of_trials(figures["trials"]))
     if given.json is not None:
         given.json.write_text(json.dumps(figures, indent=2) + "\n")

@@ -98,7 +98,7 @@ def width_of(shape: Shape, face: str) -> float:
 
 
 def flattened(face: str, T_item_tip: Array) -> Array:
-    """Turn and move fingers the least, so that their pads close flat on a face.
+    """Turn and move fingers a little, so that their pads close flat on a face.
 
     Args:
         face: Pinched face.
@@ -107,15 +107,14 @@ def flattened(face: str, T_item_tip: Array) -> Array:
     Returns:
         (4, 4) the tool frame with its y axis along the normal of both pads' places, midway between them.
     """
-    R, middle = T_item_tip[:3, :3], T_item_tip[:3, 3].copy()
-    y = R[:, 1].copy()
+    R, middle = T_item_tip[:3, :3], T_item_tip[:3, 3]
     if face == "sphere":
         return pose((0.0, 0.0, 0.0), R=R)
     if face == "mantle":
-        y[2] = middle[0] = middle[1] = 0.0
+        y, middle = R[:, 1] * (1.0, 1.0, 0.0), middle * (0.0, 0.0, 1.0)
     else:
-        k = "xyz".index(face)
-        y, middle[k] = np.copysign(1.0, y[k]) * np.eye(3)[k], 0.0
+        across = np.eye(3)["xyz".index(face)]
+        y, middle = R[:, 1] * across, middle * (1.0 - across)
     y /= np.linalg.norm(y)
     z = R[:, 2] - (R[:, 2] @ y) * y
     return pose(middle, R=_frame(y, z / np.linalg.norm(z)))

@@ -93,18 +93,16 @@ def pinches_in(
         Those that are in the envelope and hold, and why others were dropped.
     """
     face, shape, way_in = envelope.face, target.item.shape, target.T_entry_item[:3, :3].T @ (1.0, 0.0, 0.0)
-    flat = [flattened(face, T) for T in envelope.clipped(T_item_tip)]
     scored: list[_Scored] = []
     rejected: dict[str, Reason] = {}
-    for T in flat:
+    for T in (flattened(face, T) for T in envelope.clipped(T_item_tip)):
         pinch = Pinch(face, T, width_of(shape, face))
         load = _load(target, gripper, pinch, tool.positions[tool_state], most)
         if isinstance(load, Reason):
             rejected.setdefault(load.what, load)
         elif envelope.contains(T[None], SAME_POSE)[0]:
-            scored.append(
-                (T, load.ratio + dict(_states(tool, pinch))[tool_state] + _turn_cost(pinch, way_in), load)
-            )
+            cost = dict(_states(tool, pinch))[tool_state] + _turn_cost(pinch, way_in)
+            scored.append((T, load.ratio + cost, load))
     batches = (_batch(target, face, tool_state, scored, envelope.name),) if scored else ()
     return CandidateSet(batches, tuple(rejected.values()))
 
