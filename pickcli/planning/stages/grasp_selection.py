@@ -63,18 +63,28 @@ def feasible_grasps(
         candidates = _candidates(problem, search, corridors, exclude, rng)
         if isinstance(candidates, Failures):
             return (), failures + candidates
-        failures += Failures(tuple(candidates.rejected))
+        told = Failures(tuple(candidates.rejected))
         if candidates.batches:
             ways_out = _ways_out(problem, corridors)
             if isinstance(ways_out, Failures):
-                return (), failures + ways_out
+                return (), failures + told + ways_out
             feasible, against = _tried(problem, search, candidates, ways_out, rng)
-            failures += against
+            told += against
             if feasible:
-                return feasible, failures
+                return feasible, failures + told
+        if _tells(problem, search):
+            failures += told
         if not problem.context.method.may_hold(problem.target.item):
             break
     return (), failures
+
+
+def _tells(problem: PickProblem, search: Search | RegionSearch) -> bool:
+    """Whether reasons of a search are told: a region query repeats what stands against fixed candidates.
+
+    A trial decides by the most frequent reasons what it tries next.
+    """
+    return problem.settings.approach is GraspApproach.REGION or not isinstance(search, RegionSearch)
 
 
 def _candidates(
@@ -86,7 +96,7 @@ def _candidates(
         ways_out = _ways_out(problem, corridors)
         if isinstance(ways_out, Failures):
             return ways_out
-        found = region_candidates(problem, search, ways_out, rng)
+        found = region_candidates(problem, search, ways_out, rng, explains=_tells(problem, search))
     else:
         most = problem.settings.load_ratio
         found = problem.context.method.sample(problem.grasp_target, rng, search, most)

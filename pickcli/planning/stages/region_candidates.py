@@ -28,8 +28,9 @@ N_LOOKED_AT, N_TOLD = 40, 4
 
 
 def region_candidates(
-    problem: PickProblem, search: RegionSearch, ways_out: Sequence[Array], rng: np.random.Generator
-) -> CandidateSet:
+    problem: PickProblem, search: RegionSearch, ways_out: Sequence[Array], rng: np.random.Generator,
+    *, explains: bool = True,
+) -> CandidateSet:  # fmt: skip
     """Find grasp candidates in the envelopes of the target, in every state of the tool.
 
     Args:
@@ -37,12 +38,14 @@ def region_candidates(
         search: How much is tried in each envelope.
         ways_out: Displacements (K, 4, 4) of each way out for the target as a free flyer, at least one.
         rng: Source of the sampled poses and seeds.
+        explains: Whether an envelope without any room yields its clearest poses, which fail later with what
+            is in the way.
 
     Returns:
         Candidates, and why others were dropped.
     """
     found = [
-        _candidates_in(problem, envelope, state, search, ways_out, rng)
+        _candidates_in(problem, envelope, state, search, ways_out, rng, explains)
         for state in problem.context.cell.robot.tool.states
         for envelope in _envelopes(problem, state)
     ]
@@ -59,9 +62,9 @@ def _envelopes(problem: PickProblem, state: ToolState) -> tuple[Envelope, ...]:
 
 def _candidates_in(
     problem: PickProblem, envelope: Envelope, state: ToolState, search: RegionSearch,
-    ways_out: Sequence[Array], rng: np.random.Generator,
+    ways_out: Sequence[Array], rng: np.random.Generator, explains: bool,
 ) -> CandidateSet:  # fmt: skip
-    """Return the candidates in one envelope; those that fail least, if the arm reaches none with room."""
+    """Return the candidates in one envelope, or its clearest poses if the arm reaches none with room."""
     context, T_world_item = problem.context, problem.target.T_world_item
     mode = context.method.at_target(problem.contacts, envelope.face, state)[0]
     has_room = room_for_tool(problem, envelope.face, state, ways_out)
@@ -70,6 +73,8 @@ def _candidates_in(
     found = region_query(context.arm, asked, checks, rng, search)
     T_item_tip = inverse(T_world_item) @ context.arm.tips(found.Q, state)
     if len(found.Q) == 0:
+        if not explains:
+            return CandidateSet(())
         T_item_tip = _clearest(problem, mode, envelope.sample(rng, N_LOOKED_AT))
     most = problem.settings.load_ratio
     return context.method.grasps_in(problem.grasp_target, envelope, state, T_item_tip, most)
