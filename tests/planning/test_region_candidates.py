@@ -8,6 +8,7 @@ from itertools import count
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
@@ -26,6 +27,7 @@ from pickcli.planning.pick_settings import GraspApproach
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.region_query import RegionSearch
 from pickcli.planning.stages import grasp_selection
+from pickcli.planning.stages import region_candidates as region_stage
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.region_candidates import region_candidates
@@ -40,10 +42,10 @@ ON_BOUND = 2e-5  # m or difference of cosines: what inverse kinematics leaves
 NAMES = ("crayola_24_ct", "rawlings_baseball", "folgers_classic_roast_coffee", "staples_index_cards")
 
 
-def candidates_of(problem: PickProblem, seed: int = 0) -> CandidateSet:
+def candidates_of(problem: PickProblem, explains: bool = True) -> CandidateSet:
     ways_out = extraction_of(problem).transforms(CorridorSet.MANY)
     assert not isinstance(ways_out, Failures)
-    return region_candidates(problem, SEARCH, ways_out, np.random.default_rng(seed))
+    return region_candidates(problem, SEARCH, ways_out, np.random.default_rng(0), explains=explains)
 
 
 def problem_of(context: PlanningContext, scene: Scene, into: str = TOTE) -> PickProblem:
@@ -175,29 +177,47 @@ def test_grasps_that_failed_are_not_proposed_again(context: PlanningContext, sce
     assert not any(has_the_pose(grasp, tuple(each.T_item_tip for each in found)) for grasp in others)
 
 
-def test_what_is_in_the_way_is_named_if_no_envelope_has_room(
-    cell: Cell, context: PlanningContext, home: Start
-) -> None:
-    """A box with a higher one before it."""
+@pytest.fixture
+def behind_another(cell: Cell) -> Scene:
+    """A box with a higher one before it, past which it has no way out."""
     there = cell.pod.bins["bin_E"]
-    T_bin = cell.T_world_place(there)
     floor = float(there.room.rest(np.array(0.05), np.array(0.0))[0]) + 0.0005
-    at = partial(_standing, cell, T_bin, floor)
-    scene = Scene(
-        cell,
-        cell.T_world_pod,
-        (at("crayola_24_ct", 0.3), at("kleenex_tissue_box", 0.1)),
-        PoseNoise(0.002, 0.01),
-    )
+    at = partial(_standing, cell, cell.T_world_place(there), floor)
+    items = (at("crayola_24_ct", 0.3), at("kleenex_tissue_box", 0.1))
+    return Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, 0.01))
+
+
+def why_not(context: PlanningContext, scene: Scene, approach: GraspApproach) -> NoPlanError:
+    named = context.cell.configurations["home"]
+    start, query = Start(named.q, named.tool_state), PickQuery("bin_E", "crayola_24_ct")
     with pytest.raises(NoPlanError) as error:
-        plan_pick(
-            context.with_approach(GraspApproach.REGION),
-            scene,
-            PickQuery("bin_E", "crayola_24_ct"),
-            home,
-            seed=3,
-        )
-    assert error.value.in_the_way == ("kleenex_tissue_box",)
+        plan_pick(context.with_approach(approach), scene, query, start, seed=3)
+    return error.value
+
+
+def test_what_keeps_the_item_in_its_place_is_named(context: PlanningContext, behind_another: Scene) -> None:
+    assert why_not(context, behind_another, GraspApproach.REGION).in_the_way == ("kleenex_tissue_box",)
+
+
+def test_an_envelope_without_room_yields_poses_to_tell_what_is_in_the_way_or_nothing(
+    context: PlanningContext, scene_with: SceneWith, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = problem_of(context, scene_with(("crayola_24_ct", "bin_B", 0.2, 0.0)))
+    nowhere: NDArray[np.bool_] = np.zeros(SEARCH.n_poses, dtype=bool)
+    monkeypatch.setattr(region_stage, "room_for_tool", lambda *args: lambda T: nowhere)
+    found = candidates_of(problem)
+    assert {grasp.envelope for grasp in found.grasps} == {"+x", "-x", "+y", "-y", "+z", "-z"}
+    assert candidates_of(problem, explains=False).batches == ()
+
+
+def test_a_region_query_that_fails_too_adds_no_reasons(
+    context: PlanningContext, scene_with: SceneWith, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A trial decides by the most frequent reasons; without the third search they are those of lines."""
+    monkeypatch.setattr(grasp_selection, "MOST_TRIED", 0)
+    scene = scene_with(("crayola_24_ct", "bin_E", 0.2, 0.0))
+    told = {each: list(why_not(context, scene, each).reasons) for each in GraspApproach}
+    assert told[GraspApproach.LINES_THEN_REGION] == told[GraspApproach.LINES] != []
 
 
 def test_an_item_without_envelopes_has_a_reason_for_having_no_plan(
