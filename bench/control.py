@@ -100,7 +100,9 @@ class Control:
         bench, contacts = self.bench, AllowedContacts.at_any_depth(["target"])
         tool = FreeToolChecker(bench.model, scene, bench.state, np.eye(3), contacts)
         problem = RegionProblem(bench.envelopes(scene, tool), scene.items[0].T_world_item, bench.state, start)
-        path = plan_to_region(bench.arm, bench.space, problem, RegionChecks(tool, self.checker(scene)), seed)
+        path = plan_to_region(
+            bench.arm, bench.space, problem, RegionChecks(tool.are_valid_at, self.checker(scene)), seed
+        )
         return None if path is None else travel(path.waypoints)
 
     def follow(self, scene: Scene, nominal: RollOut, envelope: Envelope, rng: np.random.Generator) -> RollOut:

@@ -144,7 +144,11 @@ class Bench:
         problem = RegionProblem(envelopes, T, self.state, self.home)
         ways: dict[str, Callable[[], JointPath | None]] = {
             "region": lambda: plan_to_region(
-                self.arm, self.space, problem, RegionChecks(tool, checker), derived_seed("bench", seed, k)
+                self.arm,
+                self.space,
+                problem,
+                RegionChecks(tool.are_valid_at, checker),
+                derived_seed("bench", seed, k),
             ),
             "8 fixed": lambda: self.fixed(checker, fixed, seed + k),
             "1 fixed": lambda: self.fixed(checker, near, seed + k),

@@ -1,7 +1,7 @@
 """Fresh orders, each played once by ``apc run-trial`` with a seed of its own, and what came of them.
 
     python -m bench.fresh [--orders 20] [--seed 0] [--task pick] [--year 2016] [--cell apc2016_delft]
-                          [--reality FILE] [--processes 2]
+                          [--reality FILE] [--approach lines] [--processes 2]
 
 Orders are those of ``apc make-order`` with the seeds from --seed on. Every finished trial is kept under
 runs/fresh, so that the same command goes on where it was interrupted; other code, data or levels of reality
@@ -42,6 +42,7 @@ from bench.played import OVER_BY, OVER_PLAN, Played, balls, read_played
 from bench.warm import planners
 from pickcli.cell.data_path import data_path
 from pickcli.jobs.job import sources_digest
+from pickcli.planning.pick_settings import DEFAULTS, GraspApproach
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene
@@ -59,7 +60,7 @@ DO_NOT_FIT = "do not fit at rest"  # what run-trial tells of a bin that its item
 
 @dataclass(frozen=True)
 class Job:
-    """One trial to be played: the seed of its order and scene, the cell, and where it is kept."""
+    """One trial to be played: the seed of its order and scene, the cell, where it is kept, and its grasps."""
 
     seed: int
     year: int
@@ -67,6 +68,7 @@ class Job:
     reality: Path | None
     cell: str = CELL
     task: OrderKind = OrderKind.PICK
+    approach: GraspApproach = DEFAULTS.approach
 
     @property
     def is_played(self) -> bool:
@@ -87,7 +89,7 @@ class Job:
 
 def jobs(
     seeds: Sequence[int], year: int, reality: Path | None, folder: Path = FOLDER, cell: str = CELL,
-    task: OrderKind = OrderKind.PICK,
+    task: OrderKind = OrderKind.PICK, approach: GraspApproach = DEFAULTS.approach,
 ) -> list[Job]:  # fmt: skip
     """One trial per seed, kept apart from those of other tasks, code, data, cells and levels."""
     parts = [sources_digest().encode(), *(p.read_bytes() for p in sorted(data_path().rglob("*.yaml")))]
@@ -96,7 +98,8 @@ def jobs(
     made_with = hashlib.sha256(b"\x1f".join(parts))
     home = folder / made_with.hexdigest()[:12]
     prefix = ("" if cell == CELL else f"{cell}-") + ("" if task is OrderKind.PICK else f"{task}-")
-    return [Job(seed, year, home / f"{prefix}{year}-{seed}", reality, cell, task) for seed in seeds]
+    prefix += "" if approach is DEFAULTS.approach else f"{approach}-"
+    return [Job(seed, year, home / f"{prefix}{year}-{seed}", reality, cell, task, approach) for seed in seeds]
 
 
 def play(job: Job) -> str:
@@ -112,6 +115,7 @@ def _run(job: Job) -> str:
     order = job.folder.with_suffix(".json")
     write_output(order, make_order(job.task, job.year, job.seed))
     options = ["--cell", job.cell, "--seed", str(job.seed), "-o", str(job.folder), "--overwrite"]
+    options += ["--approach", str(job.approach)]
     if job.reality is not None:
         options += ["--reality", str(job.reality)]
     command = [sys.executable, "-m", "pickcli", "run-trial", str(order), *options]
@@ -156,6 +160,7 @@ def judged(folder: Path, warm: Sequence[PlanningContext]) -> dict[str, Any]:
         "rejected": played.n_rejected,
         "missed": missed,
         "delivered_by": delivered_by(record),
+        "by_region": by_region(record),
         "delivery_s": played.delivery_times,
         "event_distance_mm": 1e3 * max(played.event_distances, default=0.0),
         # The first call of a process is left out: a planner is warm ever after.
@@ -169,6 +174,12 @@ def delivered_by(record: Mapping[str, Any]) -> dict[str, int]:
     """How many targets each arm delivered; nothing in a cell with one arm."""
     done = (a["arm"] for a in record["attempts"] if a["outcome"] in DELIVERED and "arm" in a)
     return dict(sorted(Counter(done).items()))
+
+
+def by_region(record: Mapping[str, Any]) -> int:
+    """How many items were delivered by a grasp that a region query found."""
+    done = (a["plan"]["grasp"] for a in record["attempts"] if a["outcome"] in DELIVERED)
+    return sum("envelope" in grasp for grasp in done if grasp is not None)
 
 
 def undelivered(played: Played, scene: Scene, warm: Sequence[PlanningContext]) -> list[dict[str, Any]]:
@@ -214,6 +225,7 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "items_in_tote_mean": float(np.mean(delivered)),
         "items_in_tote_least": min(delivered),
         "delivered_by": dict(sorted(sum((Counter(t["delivered_by"]) for t in trials), Counter()).items())),
+        "by_region": sum(trial["by_region"] for trial in trials),
         "score_mean": float(np.mean([trial["score"] for trial in trials])),
         "score_least": min(trial["score"] for trial in trials),
         "score_share": sum(t["score"] for t in trials) / sum(t["max_score"] for t in trials),
@@ -303,8 +315,8 @@ def show(figures: dict[str, Any], console: Console) -> None:
     for what, wanted, value, is_kept in rows(figures):
         table.add_row(what, wanted, f"{value:.3g}", "" if is_kept else "missed")
     console.print(table)
-    for key in ("not_stowed", "items_in_tote_mean", "items_in_tote_least", "delivered_by", "score_mean",
-                "score_least", "score_share",
+    for key in ("not_stowed", "items_in_tote_mean", "items_in_tote_least", "delivered_by", "by_region",
+                "score_mean", "score_least", "score_share",
                 "missed_cannot_be_held", "missed_no_plan_when_cleared", "missed_deliverable",
                 "missed_cannot_be_cleared", "missed_no_order", "missed_no_order_as_known",
                 "delivered_share_of_clearable", "delivered_share_by_plans", "delivered_share_as_known",
@@ -320,9 +332,10 @@ def measure(
     processes: int = 2,
     cell: str = CELL,
     task: OrderKind = OrderKind.PICK,
+    approach: GraspApproach = DEFAULTS.approach,
 ) -> dict[str, Any]:
     """Play what is not played yet; the summary, with every trial's figures."""
-    trials = play_all(jobs(seeds, year, reality, cell=cell, task=task), processes)
+    trials = play_all(jobs(seeds, year, reality, cell=cell, task=task, approach=approach), processes)
     return {**summary(trials), "not_stowed": len(seeds) - len(trials), "each": trials}
 
 
@@ -335,11 +348,15 @@ def main() -> None:
     parser.add_argument("--year", type=int, choices=(2015, 2016), default=2016)
     parser.add_argument("--cell", default=CELL, help="a name under data/cells; all of its arms play")
     parser.add_argument("--reality", type=Path, metavar="FILE")
+    parser.add_argument(
+        "--approach", type=GraspApproach, choices=list(GraspApproach), default=DEFAULTS.approach
+    )
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--json", type=Path, default=Path("runs/fresh.json"), metavar="FILE")
     given = parser.parse_args()
     seeds = range(given.seed, given.seed + given.orders)
-    figures = measure(seeds, given.year, given.reality, given.processes, given.cell, OrderKind(given.task))
+    task = OrderKind(given.task)
+    figures = measure(seeds, given.year, given.reality, given.processes, given.cell, task, given.approach)
     show(figures, Console(width=110))
     given.json.parent.mkdir(parents=True, exist_ok=True)
     given.json.write_text(json.dumps(figures, indent=2) + "\n")

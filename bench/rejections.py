@@ -45,6 +45,7 @@ class Tally:
     planned: Counter[int] = field(default_factory=Counter)  # of those, the ones with a plan
     refused: Counter[str] = field(default_factory=Counter)  # kinds of reasons of plans that were rejected
     examples: list[str] = field(default_factory=list)
+    by_region: int = 0  # plans with a grasp that a region query found
     in_the_way: int = 0  # no plan, and an item is named
     clearances: list[float] = field(default_factory=list)  # m, of accepted plans
     planning: list[float] = field(default_factory=list)
@@ -69,6 +70,7 @@ class Tally:
                 n: f"{self.planned[n]} of {asked}" for n, asked in sorted(self.asked.items())
             },
             "plans": self.plans,
+            "by_region": self.by_region,
             "rejected": self.rejected,
             "rejected_percent": 100.0 * self.rejected / max(1, self.plans),
             "reasons": dict(self.refused.most_common()),
@@ -111,6 +113,7 @@ def tally(warm: PlanningContext, scene: Scene, seed: int, into: Tally) -> None:
             continue
         planned = process_time()
         into.planned[n_items] += 1
+        into.by_region += plan.grasp is not None and bool(plan.grasp.envelope)
         verdict = verify(plan, scene)
         into.planning.append(1e3 * (planned - began))
         into.verifying.append(1e3 * (process_time() - planned))

@@ -222,6 +222,17 @@ class FreeToolChecker(KernelValidator):
         ahead = (centers @ self._R_tool.T)[:, 2] + radii
         return max(0.0, -float(ahead[frames == LANCE].max()))
 
+    def are_valid_at(self, T_world_tip: Array) -> NDArray[np.bool_]:
+        """Whether the tool has clearance at poses of the tool frame.
+
+        Args:
+            T_world_tip: (N, 4, 4) poses.
+
+        Returns:
+            (N,) True for those at which it has.
+        """
+        return self.are_valid(self.displacements(T_world_tip))
+
     def displacements(self, T_world_tip: Array) -> Array:
         """Return displacements of the free tool for poses of the tool frame.
 

@@ -167,6 +167,25 @@ def stow_rule_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
+def approach_option(function: F) -> F:
+    """Give a command the option --approach lines|region|lines-then-region.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    from pickcli.planning.pick_settings import GraspApproach
+
+    return click.option(
+        "--approach", type=click.Choice([str(each) for each in GraspApproach], case_sensitive=False),
+        default=str(GraspApproach.LINES), show_default=True,
+        help="Where grasps come from: fixed candidates on every face, a region query into the item's "
+             "envelopes (APPLE), or that where no fixed candidate succeeds.",
+    )(function)  # fmt: skip
+
+
 def strategy_option(function: F) -> F:
     """Give a command the option --strategy NAME|FILE.
 

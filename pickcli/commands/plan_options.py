@@ -16,7 +16,14 @@ from pickcli.commands.command import emit_json
 from pickcli.commands.configuration_option import parse_start, start_option
 from pickcli.commands.experience_session import ExperienceSession, experience_session, learn_option
 from pickcli.commands.logs import stage
-from pickcli.commands.options import json_option, output_option, passed_as, refuse_output, seed_option
+from pickcli.commands.options import (
+    approach_option,
+    json_option,
+    output_option,
+    passed_as,
+    refuse_output,
+    seed_option,
+)
 from pickcli.commands.plan_verification import certified
 from pickcli.commands.report import plan_summary, plan_text
 from pickcli.commands.scene_options import refuse_held, scene_or_empty
@@ -25,6 +32,7 @@ if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.motion.plan import Plan
     from pickcli.planning.arm_choice import ArmSuitability
+    from pickcli.planning.planning_context import PlanningContext
     from pickcli.planning.start_state import Start
     from pickcli.scene.scene import Scene
 
@@ -127,9 +135,12 @@ class PlanOptions:
             The session, with the planning context to be used.
         """
         with stage("reading of roadmap and trajectories"):
-            context = load_context(cell, self.roadmap, self.trajectories)
+            context = self._context(cell)
         with experience_session(context, self.roadmap, self.trajectories, self.learn) as session:
             yield session
+
+    def _context(self, cell: Cell) -> PlanningContext:
+        return load_context(cell, self.roadmap, self.trajectories)
 
     def deliver(
         self, plan: Plan, scene: Scene, is_judged: bool = False, ranked: Sequence[ArmSuitability] = ()
@@ -158,6 +169,22 @@ class PlanOptions:
             click.echo("\n".join([*map(str, ranked), plan_text(plan, self.output)]))
 
 
+@dataclass(frozen=True)
+class PickOptions(PlanOptions):
+    """The shared options of a command that plans with grasps.
+
+    Attributes:
+        approach: Where the grasps come from.
+    """
+
+    approach: str
+
+    def _context(self, cell: Cell) -> PlanningContext:
+        from pickcli.planning.pick_settings import GraspApproach
+
+        return super()._context(cell).with_approach(GraspApproach(self.approach))
+
+
 def verify_option(function: F) -> F:
     """Give a command the option --no-verify.
 
@@ -172,11 +199,25 @@ def verify_option(function: F) -> F:
     )(function)
 
 
-def plan_options(default_arm: str) -> Callable[[F], F]:
+def pick_options(function: F) -> F:
+    """Give a command the options of every command that plans with grasps, besides those of its scene.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options, which are passed to it as ``options``, a ``PickOptions``.
+    """
+    shared = plan_options("the preferred one of those that hold and reach the item", PickOptions)
+    return approach_option(shared(function))
+
+
+def plan_options(default_arm: str, of: type[PlanOptions] = PlanOptions) -> Callable[[F], F]:
     """Give a command the options of every planning command besides those of its scene.
 
     Args:
         default_arm: The arm if none is named, for the help.
+        of: Type of the value that they are passed as.
 
     Returns:
         A decorator that adds the options, and passes them with those of the scene as ``options``, a
@@ -184,7 +225,7 @@ def plan_options(default_arm: str) -> Callable[[F], F]:
     """
 
     def decorate(function: F) -> F:
-        function = passed_as("options", PlanOptions)(function)
+        function = passed_as("options", of)(function)
         for option in (  # the last is the first in the help
             output_option("plan"), json_option, seed_option, learn_option, artifact_options, verify_option,
             standing_option, arm_option(default_arm), start_option,

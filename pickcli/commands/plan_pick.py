@@ -9,7 +9,7 @@ import click
 from pickcli.commands.command import Command
 from pickcli.commands.option_types import RenamedOption
 from pickcli.commands.pick_request import plan_requested
-from pickcli.commands.plan_options import PlanOptions, plan_options
+from pickcli.commands.plan_options import PickOptions, pick_options
 from pickcli.commands.scene_options import scene_or_cell_options
 from pickcli.commands.stated_pick import destination, refuse_impossible
 from pickcli.commands.stream_options import StreamOptions, plan_from_stream, stream_options
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
               default="avoid", show_default=True,
               help="avoid other items in the place (Delft), push them aside on the way out of an open "
                    "box, or ignore them (KTH).")  # fmt: skip
-@plan_options("the preferred one of those that hold and reach the item")
+@pick_options
 def command(
     bin_name: str | None, item: str | None, pick: str | None, into: str | None, neighbours: str,
-    request: StreamOptions, options: PlanOptions,
+    request: StreamOptions, options: PickOptions,
 ) -> None:  # fmt: skip
     """Plan one pick: take an item, and bring it to the tote or to another place.
 

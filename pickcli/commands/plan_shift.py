@@ -8,7 +8,7 @@ import click
 
 from pickcli.commands.command import Command
 from pickcli.commands.pick_request import plan_requested
-from pickcli.commands.plan_options import PlanOptions, plan_options
+from pickcli.commands.plan_options import PickOptions, pick_options
 from pickcli.commands.scene_options import scene_options
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
               help="Item to move: its name, or its id in the scene (name#2).")  # fmt: skip
 @click.option("--by", metavar="X,Y[,DEG]", required=True,
               help="mm into the place and to the left; degrees of a turn to the left.")  # fmt: skip
-@plan_options("the preferred one of those that hold and reach the item")
-def command(bin_name: str, item: str, by: str, options: PlanOptions) -> None:
+@pick_options
+def command(bin_name: str, item: str, by: str, options: PickOptions) -> None:
     """Plan one shift: move an item within its bin, lifted a little.
 
     The cup lifts it, carries it aside, and puts it down again. That makes room for a grasp of another item,

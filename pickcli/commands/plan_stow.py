@@ -6,7 +6,7 @@ import click
 
 from pickcli.commands.command import Command
 from pickcli.commands.pick_request import plan_requested
-from pickcli.commands.plan_options import PlanOptions, plan_options
+from pickcli.commands.plan_options import PickOptions, pick_options
 from pickcli.commands.scene_options import scene_options
 from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
 
@@ -20,8 +20,8 @@ from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
 @click.option("--neighbours", type=click.Choice(["avoid", "push"], case_sensitive=False), default="avoid",
               show_default=True,
               help="avoid other items in the tote, or push them aside on the way out of it.")  # fmt: skip
-@plan_options("the preferred one of those that hold and reach the item")
-def command(item: str, into: str | None, neighbours: str, options: PlanOptions) -> None:
+@pick_options
+def command(item: str, into: str | None, neighbours: str, options: PickOptions) -> None:
     """Plan one stow: take an item out of the tote, and set it down in a bin.
 
     Without --into the bins are tried in the order of apc explain-stow, as if the scene were the start of the

@@ -151,6 +151,8 @@ def plan_text(plan: Plan, path: Path) -> str:
     )
     slow = "" if plan.speed_scale == 1.0 else f", item carried at {plan.speed_scale:.2f} of full speed"
     how = f"{grasp.kind} grasp on face {grasp.face} of {grasp.item}" if grasp else _tool(plan)
+    if grasp and grasp.envelope:
+        how += f", found in envelope {grasp.envelope}"
     if plan.arm:
         how += "".join(
             [

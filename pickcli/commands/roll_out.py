@@ -143,7 +143,9 @@ def _by_region_query(context: PlanningContext, found: ItemEnvelopes, run: RollOu
     from pickcli.planning.region_query import RegionChecks, RegionProblem, plan_to_region
 
     problem = RegionProblem(found.envelopes, found.target.T_world_item, found.tool_state, run.Q[-1])
-    path = plan_to_region(context.arm, context.space, problem, RegionChecks(found.tool, found.arm), seed)
+    path = plan_to_region(
+        context.arm, context.space, problem, RegionChecks(found.tool.are_valid_at, found.arm), seed
+    )
     if path is None:
         return Reason("region query from there", "", "no path into any envelope")
     travel = float(abs(path.waypoints[1:] - path.waypoints[:-1]).sum())

@@ -221,6 +221,7 @@ def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
         "pod_shift": _shift(job.conditions),
         "strategy": job.conditions.strategy.name,
         "stow_rule": str(job.conditions.stow_rule),
+        "approach": str(job.arms[0].context.settings.approach),
         "reality": job.conditions.reality.as_dict(),
         "inputs": job.inputs,
     }

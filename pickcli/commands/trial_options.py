@@ -15,6 +15,7 @@ from pickcli.commands.arm_options import arm_option
 from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.options import (
+    approach_option,
     cell_option,
     items_option,
     passed_as,
@@ -114,6 +115,7 @@ class TrialOptions:
         pose_noise: Bounds of the error of item poses.
         strategy_name: Name or file of the strategy.
         stow_rule: Name of the rule by which bins are chosen.
+        approach: Where grasps come from.
         pod_shift: Displacement of the pod in m and rad, "random" or "none"; None if not stated.
         reality_path: File of the levels of reality; None for the default levels.
         cell_name: Name or folder of the cell.
@@ -128,6 +130,7 @@ class TrialOptions:
     pose_noise: PoseNoise
     strategy_name: str
     stow_rule: str
+    approach: str
     pod_shift: Displacement | str | None
     reality_path: Path | None
     cell_name: str
@@ -177,8 +180,13 @@ class TrialOptions:
         Returns:
             The contexts, in the same order.
         """
-        named = self.roadmap, self.trajectories
-        return [load_context(cell, *named, build_missing=True, jobs=self.jobs) for cell in cells]
+        from pickcli.planning.pick_settings import GraspApproach
+
+        named, approach = (self.roadmap, self.trajectories), GraspApproach(self.approach)
+        return [
+            load_context(cell, *named, build_missing=True, jobs=self.jobs).with_approach(approach)
+            for cell in cells
+        ]
 
     def conditions(self, reality: Reality) -> TrialConditions:
         """Return the conditions of the trials.
@@ -240,7 +248,7 @@ def trial_options(function: F) -> F:
     for option in (  # the last is the first in the help
         jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
         cell_option, reality_option, pod_shift_option("random, unless --reality says otherwise"),
-        stow_rule_option, strategy_option, pose_noise_option, perception_option,
+        approach_option, stow_rule_option, strategy_option, pose_noise_option, perception_option,
     ):  # fmt: skip
         function = option(function)
     return function

@@ -97,6 +97,29 @@ def width_of(shape: Shape, face: str) -> float:
     return float(shape.extents["xyz".index(face)])
 
 
+def flattened(face: str, T_item_tip: Array) -> Array:
+    """Turn and move fingers a little, so that their pads close flat on a face.
+
+    Args:
+        face: Pinched face.
+        T_item_tip: (4, 4) tool frame in the item's, roughly there.
+
+    Returns:
+        (4, 4) the tool frame with its y axis along the normal of both pads' places, midway between them.
+    """
+    R, middle = T_item_tip[:3, :3], T_item_tip[:3, 3]
+    if face == "sphere":
+        return pose((0.0, 0.0, 0.0), R=R)
+    if face == "mantle":
+        y, middle = R[:, 1] * (1.0, 1.0, 0.0), middle * (0.0, 0.0, 1.0)
+    else:
+        across = np.eye(3)["xyz".index(face)]
+        y, middle = R[:, 1] * across, middle * (1.0 - across)
+    y /= np.linalg.norm(y)
+    z = R[:, 2] - (R[:, 2] @ y) * y
+    return pose(middle, R=_frame(y, z / np.linalg.norm(z)))
+
+
 def patch(
     shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float], off: float = 0.0
 ) -> tuple[float, float] | None:

@@ -30,18 +30,18 @@ def cup_envelopes(item: Item, tool: Tool) -> tuple[Envelope, ...]:
 
 
 def _cup(face: Face, tilt: float) -> Envelope:
-    region, slab = face.region, np.array([-ON_SURFACE, ON_SURFACE])
-    if face.name == "mantle":
+    region, slab, name = face.region, np.array([-ON_SURFACE, ON_SURFACE]), face.name
+    if name == "mantle":
         radius, heights = float(region.T_region_tool[0, 3]), region.bounds[2]
         bounds = np.array([[-np.pi, np.pi], heights, radius + slab])
-        return Envelope(face.name, SurfaceKind.CYLINDER, np.eye(4), bounds[:, 0], bounds[:, 1], tilt)
-    if face.name == "sphere":
+        return Envelope(name, SurfaceKind.CYLINDER, np.eye(4), bounds[:, 0], bounds[:, 1], tilt, face=name)
+    if name == "sphere":
         radius = float(region.T_region_tool[0, 3])
         bounds = np.array([[-np.pi, np.pi], [-np.pi / 2, np.pi / 2], radius + slab])
-        return Envelope(face.name, SurfaceKind.SPHERE, np.eye(4), bounds[:, 0], bounds[:, 1], tilt)
+        return Envelope(name, SurfaceKind.SPHERE, np.eye(4), bounds[:, 0], bounds[:, 1], tilt, face=name)
     T, outward = region.T_object_region, -region.T_object_region[:3, 2]
     x, _ = perpendiculars(outward)
     T_surface = pose(T[:3, 3], R=np.column_stack([x, np.cross(outward, x), outward]))
     half = np.abs(T_surface[:3, :2].T @ T[:3, :2]) @ region.bounds[:2, 1]
     low, high = np.append(-half, -ON_SURFACE), np.append(half, ON_SURFACE)
-    return Envelope(face.name, SurfaceKind.PLANE, T_surface, low, high, tilt)
+    return Envelope(name, SurfaceKind.PLANE, T_surface, low, high, tilt, face=name)

@@ -62,6 +62,7 @@ class Envelope:
         cone: rad, half of the opening of the cone about the inward normal in which the approach stays.
         alignment: Cone of another axis of the tool, if its roll is not free.
         depth: m, from the palm to the tip along the approach.
+        face: Face of the object that the tool touches, as in the name of a grasp; empty if none is stated.
     """
 
     name: str
@@ -72,6 +73,7 @@ class Envelope:
     cone: float
     alignment: Alignment | None = None
     depth: float = 0.0
+    face: str = ""
 
     def why_empty(self) -> str:
         """Tell which bounds no pose meets; "" if some do."""
@@ -185,6 +187,19 @@ class Envelope:
         T[:, :3, 3] = origin
         return np.asarray(T @ inverse(self.T_tip_palm))
 
+    def clipped(self, T_object_tip: Array) -> Array:
+        """Move poses, without a turn, so that the palm's coordinates are within their bounds.
+
+        Args:
+            T_object_tip: (N, 4, 4) poses of the tool's tip in the object frame.
+
+        Returns:
+            (N, 4, 4) the moved poses; those whose coordinates were within bounds stay where they are.
+        """
+        T_palm = T_object_tip @ self.T_tip_palm
+        T_palm[:, :3, 3], _ = self._at(np.clip(self._coordinates(T_palm[:, :3, 3]), self.low, self.high))
+        return np.asarray(T_palm @ inverse(self.T_tip_palm))
+
     def within(self, low: Array, high: Array, share: float) -> Envelope:
         """Return a part of the envelope.
 
@@ -252,6 +267,19 @@ class Envelope:
             normal = np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], axis=1)
             point = d[:, None] * normal
         return point @ R.T + p, normal @ R.T
+
+    def _coordinates(self, points: Array) -> Array:
+        """Return coordinates (N, 3) of points (N, 3) in the object frame; azimuths about their bounds."""
+        R, p = self.T_object_surface[:3, :3], self.T_object_surface[:3, 3]
+        x, y, z = local = ((points - p) @ R).T
+        if self.surface is SurfaceKind.PLANE:
+            return np.asarray(local.T)
+        middle = (self.low[0] + self.high[0]) / 2
+        azimuth = middle + (np.arctan2(y, x) - middle + np.pi) % (2 * np.pi) - np.pi
+        flat = np.hypot(x, y)
+        if self.surface is SurfaceKind.CYLINDER:
+            return np.stack([azimuth, z, flat], axis=1)
+        return np.stack([azimuth, np.arctan2(z, flat), np.hypot(flat, z)], axis=1)
 
     def _across(self, normal: Array) -> tuple[Array, Array]:
         """Return two axes (N, 3) across normals (N, 3), the first nearest to the alignment's."""

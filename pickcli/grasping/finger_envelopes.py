@@ -117,7 +117,7 @@ def _sides(shape: Shape, fingers: FingerReach) -> Iterator[Envelope]:
         yield Envelope(
             name, SurfaceKind.CYLINDER, np.eye(4),
             np.array([-np.pi, -along, near]), np.array([np.pi, along, far]),
-            fingers.cone, Alignment(X, sign * Z, fingers.cone), fingers.depth,
+            fingers.cone, Alignment(X, sign * Z, fingers.cone), fingers.depth, "mantle",
         )  # fmt: skip
 
 
@@ -134,7 +134,7 @@ def _ends(shape: Shape, fingers: FingerReach) -> Iterator[Envelope]:
         T = _facing(outward, X, length / 2)
         yield Envelope(
             name, SurfaceKind.PLANE, T, np.array([-aside, -aside, near]), np.array([aside, aside, far]),
-            fingers.cone, None, fingers.depth,
+            fingers.cone, None, fingers.depth, "mantle",
         )  # fmt: skip
 
 
@@ -152,6 +152,7 @@ def _all_round(shape: Shape, fingers: FingerReach) -> Iterator[Envelope]:
             fingers.cone,
             None,
             fingers.depth,
+            "sphere",
         )
 
 
@@ -174,8 +175,9 @@ def _box(shape: Shape, fingers: FingerReach) -> Iterator[Envelope]:
                     aligned = Alignment(X, way * T[:3, 0], fingers.cone)
                     name += "" if way > 0 else ", turned over"
                     yield Envelope(
-                        name, SurfaceKind.PLANE, T, low, high, fingers.cone, aligned, fingers.depth
-                    )
+                        name, SurfaceKind.PLANE, T, low, high, fingers.cone, aligned, fingers.depth,
+                        "xyz"[closing],
+                    )  # fmt: skip
 
 
 def _distances(radius: float, fingers: FingerReach) -> tuple[float, float]:

@@ -144,6 +144,23 @@ class GraspMethod(ABC):
         """
 
     @abstractmethod
+    def grasps_in(
+        self, target: GraspTarget, envelope: Envelope, tool_state: ToolState, T_item_tip: Array, most: float
+    ) -> CandidateSet:
+        """Make grasp candidates of poses in an envelope of an item.
+
+        Args:
+            target: The item to be grasped.
+            envelope: One of its envelopes, or a part of one.
+            tool_state: State of the tool.
+            T_item_tip: (N, 4, 4) poses of the tool in the envelope, up to rounding.
+            most: Largest share of what the tool bears that the item at rest may take up.
+
+        Returns:
+            Candidates in the envelope, and why others were dropped.
+        """
+
+    @abstractmethod
     def envelopes(self, item: Item, depth: float) -> tuple[Envelope, ...]:
         """Return the envelopes in which the tool can grasp an item.
 
@@ -170,11 +187,12 @@ class GraspMethod(ABC):
         """
 
     @abstractmethod
-    def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
+    def holding_state(self, face: str, tool_state: ToolState, item: Item) -> ToolState:
         """Return the state of the tool while it holds an item.
 
         Args:
-            grasp: Grasp of the item.
+            face: The name of the face under the cup, or of the pinched faces.
+            tool_state: State of the tool that the item is grasped with.
             item: The item.
 
         Returns:
@@ -207,12 +225,13 @@ class GraspMethod(ABC):
         return np.zeros(len(T_item_tip))
 
     @abstractmethod
-    def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
+    def at_target(self, contacts: PickContacts, face: str, tool_state: ToolState) -> tuple[Mode, ...]:
         """Return the modes in which the tool without the arm must be free at the target.
 
         Args:
             contacts: Contacts of the pick.
-            grasp: Grasp of the target; only its face and tool state are used.
+            face: The name of the face under the cup, or of the pinched faces.
+            tool_state: State of the tool that the target is grasped with.
 
         Returns:
             The modes; the tool must have clearance in each.
@@ -246,17 +265,18 @@ class GraspMethod(ABC):
             InputError: If the cell lacks the device that closes the tool.
         """
 
-    def carrying(self, contacts: PickContacts, grasp: Grasp) -> Mode:
+    def carrying(self, contacts: PickContacts, face: str, tool_state: ToolState) -> Mode:
         """Return the mode in which the tool without the arm must be free while it holds the target.
 
         Args:
             contacts: Contacts of the pick.
-            grasp: Grasp of the target.
+            face: The name of the face under the cup, or of the pinched faces.
+            tool_state: State of the tool that the target is grasped with.
 
         Returns:
             The mode, without contacts.
         """
-        state = self.holding_state(grasp, contacts.target.item)
+        state = self.holding_state(face, tool_state, contacts.target.item)
         return Mode(state, contacts=contacts.while_carrying())
 
     def hold(self, item: Item, face: str, T_tip_item: Array, noise: PoseNoise = EXACT) -> Hold:

@@ -32,6 +32,7 @@ class GraspBatch:
         T_item_tip: (N, 4, 4) tool frame in the item frame.
         scores: (N,) the smaller the better.
         loads: (N, 5) moment, pull, shear, twist and load ratio at rest (see ``Grasp``).
+        envelope: Name of the envelope in which a region query found them; empty for fixed candidates.
     """
 
     item: str
@@ -41,6 +42,7 @@ class GraspBatch:
     T_item_tip: Array
     scores: Array
     loads: Array
+    envelope: str = ""
 
     def select(self, which: NDArray[np.bool_]) -> GraspBatch:
         """Return a part of the grasps.
@@ -52,7 +54,7 @@ class GraspBatch:
             These, in their order.
         """
         of_each = self.kinds[which], self.T_item_tip[which], self.scores[which], self.loads[which]
-        return GraspBatch(self.item, self.face, self.tool_state, *of_each)
+        return GraspBatch(self.item, self.face, self.tool_state, *of_each, self.envelope)
 
     def __getitem__(self, k: int) -> Grasp:
         """Return one grasp.
@@ -64,7 +66,8 @@ class GraspBatch:
             The grasp.
         """
         kind, score, loads = str(self.kinds[k]), float(self.scores[k]), self.loads[k].tolist()
-        return Grasp(self.item, kind, self.face, self.tool_state, self.T_item_tip[k], score, *loads)
+        how = kind, self.face, self.tool_state, self.T_item_tip[k]
+        return Grasp(self.item, *how, score, *loads, envelope=self.envelope)
 
     def __len__(self) -> int:
         """Return N."""

@@ -21,7 +21,7 @@ from pickcli.grasping.finger_envelopes import FingerReach, finger_envelopes
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
 from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
-from pickcli.grasping.pinch_candidates import sample_pinches
+from pickcli.grasping.pinch_candidates import pinches_in, sample_pinches
 from pickcli.grasping.search import Search
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind
@@ -81,6 +81,23 @@ class PinchGrasping(GraspMethod):
         """
         return sample_pinches(target, self.tool, self.gripper, rng, search, most)
 
+    def grasps_in(
+        self, target: GraspTarget, envelope: Envelope, tool_state: ToolState, T_item_tip: Array, most: float
+    ) -> CandidateSet:
+        """Make pinches of poses in an envelope (see ``GraspMethod``).
+
+        Args:
+            target: The item to be grasped.
+            envelope: One of its envelopes, or a part of one.
+            tool_state: State in which the fingers pass the item.
+            T_item_tip: (N, 4, 4) poses of the tool in the envelope, up to rounding.
+            most: Largest share of what the pads bear that the item at rest may take up.
+
+        Returns:
+            Candidates in the envelope, and why others were dropped.
+        """
+        return pinches_in(target, self.tool, self.gripper, envelope, tool_state, T_item_tip, most)
+
     def bears(self, item: Item, face: str, T_item_tip: Array, noise: PoseNoise = EXACT) -> HoldLimits:
         """Return what the pads bear with every error of the item's pose, by the parts that touch the item.
 
@@ -96,17 +113,18 @@ class PinchGrasping(GraspMethod):
         limits = limits_of(self.gripper, item.shape, face, T_item_tip, noise)
         return HoldLimits(self.gripper.limits, NOTHING) if limits is None else HoldLimits(limits)
 
-    def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
+    def holding_state(self, face: str, tool_state: ToolState, item: Item) -> ToolState:
         """Return the width at which the pads rest on the item.
 
         Args:
-            grasp: Grasp of the item.
+            face: The name of the face under the cup, or of the pinched faces.
+            tool_state: State of the tool that the item is grasped with.
             item: The item.
 
         Returns:
             The state.
         """
-        return ToolState.of_width(width_of(item.shape, grasp.face))
+        return ToolState.of_width(width_of(item.shape, face))
 
     def contact_speed(self, contacts: PickContacts, grasp: Grasp) -> float | None:
         """Return the tool's contact speed: fingers close from both sides, and tip nothing.
@@ -120,18 +138,19 @@ class PinchGrasping(GraspMethod):
         """
         return self.tool.contact_speed
 
-    def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
+    def at_target(self, contacts: PickContacts, face: str, tool_state: ToolState) -> tuple[Mode, ...]:
         """Return the modes of open and of closing fingers.
 
         Args:
             contacts: Contacts of the pick.
-            grasp: Grasp of the target.
+            face: Unused: fingers touch nothing but the target.
+            tool_state: State of the fingers that pass the target.
 
         Returns:
             Both modes.
         """
         return (
-            Mode(grasp.tool_state, contacts=contacts.while_approaching()),
+            Mode(tool_state, contacts=contacts.while_approaching()),
             Mode(MOVING, contacts=contacts.while_closing()),
         )
 
@@ -146,8 +165,8 @@ class PinchGrasping(GraspMethod):
         Returns:
             The modes.
         """
-        carrying = self.carrying(contacts, grasp)
-        approaching, closing = self.at_target(contacts, grasp)
+        carrying = self.carrying(contacts, grasp.face, grasp.tool_state)
+        approaching, closing = self.at_target(contacts, grasp.face, grasp.tool_state)
         lifting = Mode(carrying.tool_state, contacts=contacts.while_lifting_pinched())
         return GraspModes(approaching, closing, lifting, carrying)
 

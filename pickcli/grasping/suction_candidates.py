@@ -12,15 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.item import LEAST_SHARE
-from pickcli.cell.tool import ACROSS, IN_LINE, Tool
+from pickcli.cell.tool import ACROSS, IN_LINE, Tool, ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
+from pickcli.grasping.envelope import Envelope
 from pickcli.grasping.face_poses import face_poses
 from pickcli.grasping.grasp_target import CandidateSet, GraspBatch, GraspTarget
 from pickcli.grasping.holding import HoldLimits, loads_at_rest
 from pickcli.grasping.lip_coverage import bearing_share, kept_vacuum
 from pickcli.grasping.search import USUAL, Search
-from pickcli.grasping.surfaces import Face, faces, flat_normal, rolled, tilted, wide_faces
+from pickcli.grasping.surfaces import Face, faces, flat_normal, rolled, tilt_on, tilted, wide_faces
 
 # A straight lance fits into a bin only with a small tilt (30 degrees: 162 of 360 poses, 60: 54).
 MAX_FRONTAL_TILT = np.radians(30.0)
@@ -73,7 +74,7 @@ def sample_suctions(
             continue
         drawn = _reachable(face, target, tool, rng, search.n_random)
         chosen = face_poses(face, item, target.T_entry_item, search)
-        places = _places(target, face, np.concatenate([centre, drawn, chosen]), tool)
+        places = _places(target, face.name, np.concatenate([centre, drawn, chosen]), tool)
         if isinstance(places, Reason):
             rejected.append(places)
             continue
@@ -83,6 +84,36 @@ def sample_suctions(
     if not found and not rejected:
         rejected.append(_nothing_to_hold(target, tool))
     return CandidateSet(tuple(found), tuple(rejected))
+
+
+def suctions_in(
+    target: GraspTarget, tool: Tool, envelope: Envelope, tool_state: ToolState, T_item_tip: Array, most: float
+) -> CandidateSet:
+    """Make candidates of poses of a cup in an envelope, scored by load, turn and tilt.
+
+    Args:
+        target: The item to be grasped.
+        tool: The tool, with a cup.
+        envelope: One of the item's envelopes, or a part of one.
+        tool_state: State of the tool.
+        T_item_tip: (N, 4, 4) poses of the tool in the envelope, up to rounding.
+        most: Largest share of what the cup bears that the item at rest may take up.
+
+    Returns:
+        Those that seal and hold, and why others were dropped.
+    """
+    places = _places(target, envelope.face, envelope.clipped(T_item_tip), tool)
+    if isinstance(places, Reason):
+        return CandidateSet((), (places,))
+    held, figures, rejected = _held(target, places, tool, most)
+    if not held.any():
+        return CandidateSet((), tuple(rejected))
+    T, figures = places.T_item_tip[held], figures[held]
+    kinds, along = _named(target, T)
+    off = np.arccos(np.minimum(1.0, along)) + tilt_on(envelope.face, T)
+    scores = figures[:, -1] + off / np.pi + np.where(kinds == "side", _cost_of_side(target), 0.0)
+    batch = GraspBatch(target.id, envelope.face, tool_state, kinds, T, scores, figures, envelope.name)
+    return CandidateSet((batch,), tuple(rejected))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +135,9 @@ class _Places:
         return _Places(self.face, self.T_item_tip[chosen], self.share[chosen])
 
 
-def _places(target: GraspTarget, face: Face, T_item_tip: Array, tool: Tool) -> _Places | Reason:
+def _places(target: GraspTarget, name: str, T_item_tip: Array, tool: Tool) -> _Places | Reason:
     """Return those of places (P, 4, 4) on a face that seal at the largest error; or why none does."""
-    item, name, cup, tips = target.item, face.name, tool.cup, T_item_tip[:, :3, 3]
+    item, cup, tips = target.item, tool.cup, T_item_tip[:, :3, 3]
     kept = np.array([kept_vacuum(item, name, tip, cup, target.noise) for tip in tips])
     share = np.array([bearing_share(item, name, tip, cup, target.noise) for tip in tips])
     found = _Places(name, T_item_tip, share).select(kept >= LEAST_SHARE)
@@ -180,17 +211,40 @@ def _of_kind(
     target: GraspTarget, kind: str, places: _Places, off: Array, tool: Tool, search: Search, most: float
 ) -> tuple[GraspBatch | None, list[Reason]]:
     """Return the grasps of one kind at P places, whose axes are off (P,) rad from the ideal."""
-    face, T_item_tip, where = places.face, places.T_item_tip, f"{target.id}, face {places.face}"
     tool_state = tool.state_with_lance(IN_LINE if kind == "frontal" else ACROSS)
     if tool_state is None:
+        where = f"{target.id}, face {places.face}"
         return None, [Reason("no state of the tool for this grasp", where, kind)]
-    at_full = HoldLimits(tool.cup.limits)
+    held, figures, rejected = _held(target, places, tool, most)
+    if not held.any():
+        return None, rejected
+    T, costs = _turned_and_tilted(target, kind, places.T_item_tip[held], tool, search)
+    if kind == "side":
+        costs += _cost_of_side(target)
+    scores = figures[held, -1:] + off[held, None] / np.pi + costs
+    poses = T.reshape(-1, 4, 4)
+    figures = np.repeat(figures[held], T.shape[1], axis=0)
+    kinds, _ = _named(target, poses)
+    batch = GraspBatch(target.id, places.face, tool_state, kinds, poses, scores.ravel(), figures)
+    return batch, rejected
+
+
+def _cost_of_side(target: GraspTarget) -> float:
+    return SIDE + (ROLLING if target.item.can_roll(target.R_level_item) else 0.0)
+
+
+def _held(
+    target: GraspTarget, places: _Places, tool: Tool, most: float
+) -> tuple[NDArray[np.bool_], Array, list[Reason]]:
+    """Return (P,) where the cup holds the item at rest, the loads (P, 5), and why not elsewhere."""
+    at_full, where = HoldLimits(tool.cup.limits), f"{target.id}, face {places.face}"
     loads = [
         replace(load, ratio=load.ratio / share)
         for load, share in zip(
-            loads_at_rest(target.item, at_full, T_item_tip, target.R_level_item), places.share, strict=True
+            loads_at_rest(target.item, at_full, places.T_item_tip, target.R_level_item),
+            places.share, strict=True,
         )
-    ]
+    ]  # fmt: skip
     rejected = [
         Reason(
             "does not hold", where,
@@ -199,26 +253,14 @@ def _of_kind(
         for load in loads if load.ratio > most
     ]  # fmt: skip
     figures = np.array([(load.moment, load.pull, load.shear, load.twist, load.ratio) for load in loads])
-    held = figures[:, -1] <= most
-    if not held.any():
-        return None, rejected
-    T, costs = _turned_and_tilted(target, kind, T_item_tip[held], tool, search)
-    if kind == "side":
-        costs += SIDE + (ROLLING if target.item.can_roll(target.R_level_item) else 0.0)
-    scores = figures[held, -1:] + off[held, None] / np.pi + costs
-    poses = T.reshape(-1, 4, 4)
-    figures = np.repeat(figures[held], T.shape[1], axis=0)
-    kinds = _named(target, kind, poses)
-    return GraspBatch(target.id, face, tool_state, kinds, poses, scores.ravel(), figures), rejected
+    return figures[:, -1] <= most, figures, rejected
 
 
-def _named(target: GraspTarget, kind: str, T_item_tip: Array) -> NDArray[np.str_]:
-    """Return (N,) kinds of grasps (N, 4, 4); from above, by the place's axis nearest to the cup's."""
-    if not target.place.access.is_from_above:
-        return np.full(len(T_item_tip), kind)
+def _named(target: GraspTarget, T_item_tip: Array) -> tuple[NDArray[np.str_], Array]:
+    """Return (N,) kinds of grasps (N, 4, 4), by the place's axis nearest to the cup's, and their cosines."""
     x, y, z = target.R_level_item @ T_item_tip[:, :3, 2].T
-    nearest = np.argmax(np.stack([x, -z, np.abs(y)]), axis=0)
-    return np.asarray(np.array(["frontal", "top-down", "side"])[nearest])
+    along = np.stack([x, -z, np.abs(y)])
+    return np.array(["frontal", "top-down", "side"])[np.argmax(along, axis=0)], along.max(axis=0)
 
 
 def _kinds(target: GraspTarget, tool: Tool, T_item_tip: Array) -> dict[str, tuple[NDArray[np.bool_], Array]]:

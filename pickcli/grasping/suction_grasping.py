@@ -23,7 +23,7 @@ from pickcli.grasping.holding import HoldLimits
 from pickcli.grasping.lip_coverage import bearing_share, lip_on
 from pickcli.grasping.press_check import contact_speed
 from pickcli.grasping.search import Search
-from pickcli.grasping.suction_candidates import sample_suctions
+from pickcli.grasping.suction_candidates import sample_suctions, suctions_in
 from pickcli.grasping.surfaces import faces
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind
@@ -86,6 +86,23 @@ class SuctionGrasping(GraspMethod):
         """
         return sample_suctions(target, self.tool, rng, search, most)
 
+    def grasps_in(
+        self, target: GraspTarget, envelope: Envelope, tool_state: ToolState, T_item_tip: Array, most: float
+    ) -> CandidateSet:
+        """Put the cup on a face at poses in its envelope (see ``GraspMethod``).
+
+        Args:
+            target: The item to be grasped.
+            envelope: One of its envelopes, or a part of one.
+            tool_state: State of the tool.
+            T_item_tip: (N, 4, 4) poses of the tool in the envelope, up to rounding.
+            most: Largest share of what the cup bears that the item at rest may take up.
+
+        Returns:
+            Candidates in the envelope, and why others were dropped.
+        """
+        return suctions_in(target, self.tool, envelope, tool_state, T_item_tip, most)
+
     def bears(self, item: Item, face: str, T_item_tip: Array, noise: PoseNoise = EXACT) -> HoldLimits:
         """Return what the cup bears at the vacuum that a face keeps.
 
@@ -101,17 +118,18 @@ class SuctionGrasping(GraspMethod):
         cup = self.tool.cup
         return HoldLimits(cup.limits, bearing_share(item, face, lip_on(item, face, T_item_tip), cup, noise))
 
-    def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
+    def holding_state(self, face: str, tool_state: ToolState, item: Item) -> ToolState:
         """Return the state in which the cup approached.
 
         Args:
-            grasp: Grasp of the item.
+            face: The name of the face under the cup, or of the pinched faces.
+            tool_state: State of the tool that the item is grasped with.
             item: The item.
 
         Returns:
             The state.
         """
-        return grasp.tool_state
+        return tool_state
 
     def contact_speed(self, contacts: PickContacts, grasp: Grasp) -> float | None:
         """Return the highest speed at which the cup may meet the target (see ``press_check``).
@@ -138,18 +156,19 @@ class SuctionGrasping(GraspMethod):
         """
         return overtravels(face, T_item_tip, self.tool, noise)
 
-    def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
+    def at_target(self, contacts: PickContacts, face: str, tool_state: ToolState) -> tuple[Mode, ...]:
         """Return the mode of a cup that is pressed on, at any depth.
 
         Args:
             contacts: Contacts of the pick.
-            grasp: Grasp of the target.
+            face: The name of the face under the cup.
+            tool_state: State of the tool that the target is grasped with.
 
         Returns:
             One mode.
         """
-        outward = outward_of(grasp.face, contacts.target.T_world_item[:3, :3])
-        return (Mode(grasp.tool_state, contacts=contacts.tool_while_pressing(outward)),)
+        outward = outward_of(face, contacts.target.T_world_item[:3, :3])
+        return (Mode(tool_state, contacts=contacts.tool_while_pressing(outward)),)
 
     def modes(self, contacts: PickContacts, grasp: Grasp, tool_excess: float) -> GraspModes:
         """Return the modes of a suction grasp, all in the grasp's tool state.
@@ -169,7 +188,7 @@ class SuctionGrasping(GraspMethod):
             approaching=Mode(grasp.tool_state, contacts=contacts.while_approaching()),
             taking=Mode(grasp.tool_state, contacts=contacts.while_pressing(press)),
             lifting=Mode(grasp.tool_state, contacts=contacts.while_lifting(press)),
-            carrying=self.carrying(contacts, grasp),
+            carrying=self.carrying(contacts, grasp.face, grasp.tool_state),
         )
 
     def rests(self, devices: Mapping[str, Device], release_time: float) -> GraspTimes:

@@ -40,6 +40,7 @@ class Grasp:
         shear: N across the axis.
         twist: Nm about the axis.
         load_ratio: All of them at one time over what cup or pads bear there.
+        envelope: Name of the envelope in which a region query found it; empty for a fixed candidate.
     """
 
     item: str
@@ -53,6 +54,7 @@ class Grasp:
     shear: float
     twist: float
     load_ratio: float
+    envelope: str = field(default="", kw_only=True)
 
     def __str__(self) -> str:
         """Return the name of the grasp in reasons, that of all grasps of its kind."""

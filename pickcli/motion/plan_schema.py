@@ -44,7 +44,7 @@ FORMAT = "apc plan"
 VERSION = 3
 MAX_POINTS = 100_000
 MAX_JOINTS = 32
-LEFT_OUT = ("pushing",)  # fields that are not written if they are empty
+LEFT_OUT = ("pushing", "envelope")  # fields that are not written if they are empty
 TIME_TOLERANCE = 1e-9  # s, between the end of a segment and the start of the next
 MAX_PROBLEMS = 20  # named in one message
 
@@ -156,7 +156,10 @@ _Segment = _derived(
 )
 _Anchor = _derived(Anchor, segment=Annotated[int, Field(ge=0, lt=1000)])
 _Event = _derived(Event, anchor=_Anchor, lead=Time)
-_Grasp = _derived(Grasp, T_item_tip=_Pose, score=Annotated[Number, Field(ge=0.0)])
+_Grasp = _derived(
+    Grasp, T_item_tip=_Pose, score=Annotated[Number, Field(ge=0.0)],
+    envelope=Annotated[str, Field(max_length=200, default="")],
+)  # fmt: skip
 _Certificate = _derived(
     Certificate, also={"seal": Hash}, motion_hash=Hash, scene_hash=Hash, cell_fingerprint=Hash,
     n_states=Annotated[int, Field(ge=0, lt=2**53)], checks=Annotated[list[Name], Field(max_length=100)],

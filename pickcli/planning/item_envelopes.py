@@ -60,8 +60,7 @@ class ItemEnvelopes:
         tool = context.checkers.tool(scene, state, axes, contacts)
         envelopes = context.method.envelopes(target.item, tool.depth)
         if not envelopes:
-            why = target.item.why_not or "it is too large for the tool, or no face takes it"
-            raise NoPlanError("envelopes", [Reason("nothing to grasp", target.id, why)])
+            raise NoPlanError("envelopes", [without_envelopes(target)])
         return cls(
             target, state, envelopes, tool, context.checkers.robot(scene, Mode(state, contacts=contacts))
         )
@@ -85,3 +84,16 @@ class ItemEnvelopes:
             found = arm.solve(T, self.tool_state, arm.random_seeds(rng, SEEDS))
             n_reached += len(found) > 0 and bool(self.arm.are_valid(found).any())
         return n_reached / n
+
+
+def without_envelopes(target: PlacedItem) -> Reason:
+    """Explain why an item has no envelopes.
+
+    Args:
+        target: The item.
+
+    Returns:
+        The reason.
+    """
+    why = target.item.why_not or "it is too large for the tool, or no face takes it"
+    return Reason("nothing to grasp", target.id, why)

@@ -16,11 +16,20 @@ class Neighbours(StrEnum):
     IGNORE = "ignore"  # KTH: collisions with other items in the bin are ignored
 
 
+class GraspApproach(StrEnum):
+    """Where the grasps of a pick come from, to each of which all lines are proven alike."""
+
+    LINES = "lines"  # fixed candidates on every face: few, then many
+    REGION = "region"  # a region query: found in envelopes from the arm
+    LINES_THEN_REGION = "lines-then-region"  # a region query where no fixed candidate succeeds
+
+
 @dataclass(frozen=True)
 class PickSettings:
     """Shape of a pick and effort of the search (counted, not timed).
 
     Attributes:
+        approach: Where the grasps come from.
         approach_offset: m, length of the approach along the tool axis.
         first_stretch: m, first part of the lift, in which support and neighbours may be touched.
         approach_speed: m/s of the tool on the approach.
@@ -42,6 +51,7 @@ class PickSettings:
         rrt_iterations: Most iterations of the coarse planner.
     """
 
+    approach: GraspApproach = GraspApproach.LINES
     approach_offset: float = 0.04
     first_stretch: float = 0.053
     approach_speed: float = 0.35

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from pickcli.cell.cell import Cell
@@ -16,7 +16,7 @@ from pickcli.grasping.grasp_method import GraspMethod
 from pickcli.grasping.method_choice import grasp_method
 from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.planning.pick_settings import DEFAULTS, PickSettings
+from pickcli.planning.pick_settings import DEFAULTS, GraspApproach, PickSettings
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from pickcli.scene.scene import Scene
@@ -71,6 +71,17 @@ class PlanningContext:
     def checkers(self) -> CheckerCache:
         """Cache of recently used checkers of the cell's model."""
         return CheckerCache(self.model)
+
+    def with_approach(self, approach: GraspApproach) -> PlanningContext:
+        """Return a context whose picks take their grasps from elsewhere.
+
+        Args:
+            approach: Where the grasps come from.
+
+        Returns:
+            The context, the same except for that.
+        """
+        return replace(self, settings=replace(self.settings, approach=approach))
 
     def configurations_at(self, place: Place) -> list[Array]:
         """Return the configurations that the cell names for a place.

@@ -7,13 +7,13 @@ III-A; of goal regions: Berenson, Srinivasa and Kuffner, "Task Space Regions", I
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.tool import ToolState
-from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
 from pickcli.grasping.envelope import Envelope
@@ -82,11 +82,12 @@ class RegionChecks:
     """What checks configurations in envelopes.
 
     Attributes:
-        tool: The tool without the arm, before inverse kinematics.
+        has_room: Tells (N,) for poses (N, 4, 4) of the tool in the world whether it has room there without
+            the arm, before inverse kinematics.
         arm: The whole arm.
     """
 
-    tool: FreeToolChecker
+    has_room: Callable[[Array], NDArray[np.bool_]]
     arm: MotionValidator
 
 
@@ -141,7 +142,7 @@ def region_query(
     """
     goals, of_envelope = [np.empty((0, arm.n))], [np.empty(0, dtype=int)]
     for k, envelope in enumerate(problem.envelopes):
-        seeds = _seeds(arm, envelope, problem, checks.tool, rng, search)
+        seeds = _seeds(arm, envelope, problem, checks, rng, search)
         if len(seeds) == 0:
             continue
         goal = ToolGoal(envelope.constraints, problem.T_world_object, envelope.T_tip_palm)
@@ -158,13 +159,13 @@ def _seeds(
     arm: Arm,
     envelope: Envelope,
     problem: RegionProblem,
-    tool: FreeToolChecker,
+    checks: RegionChecks,
     rng: np.random.Generator,
     search: RegionSearch,
 ) -> Array:
     """Return configurations (K, n) for poses of an envelope at which the tool has room."""
     T = problem.T_world_object @ envelope.sample(rng, search.n_poses)
-    with_room = T[tool.are_valid(tool.displacements(T))][: search.n_seeds]
+    with_room = T[checks.has_room(T)][: search.n_seeds]
     found = [np.empty((0, arm.n))]
     for pose in with_room:
         seeds = np.vstack([problem.start, arm.random_seeds(rng, SEEDS_PER_POSE - 1)])

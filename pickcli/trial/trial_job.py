@@ -47,7 +47,7 @@ class TrialJob:
     @property
     def inputs(self) -> str:
         """SHA-256 over everything that trials depend on besides the key."""
-        cells = [arm.context.cell.fingerprint for arm in self.arms]
+        cells = [(arm.context.cell.fingerprint, repr(arm.context.settings)) for arm in self.arms]
         return digest(["trial", cells, repr(self.conditions), self.read, self.sources])
 
     def keys(self, seeds: Sequence[int]) -> list[Key]:

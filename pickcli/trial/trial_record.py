@@ -316,6 +316,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
             "face": grasp.face,
             "tool_state": str(grasp.tool_state),
             "load_ratio": _rounded(grasp.load_ratio),
+            **({"envelope": grasp.envelope} if grasp.envelope else {}),
         },
         "segments": [[str(s.kind), _rounded(s.t_start), _rounded(s.t_end)] for s in plan.segments],
         "pushing": sorted({name for segment in plan.segments for name in segment.pushing}),

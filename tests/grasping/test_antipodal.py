@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tools.gripper import Finger, ParallelGripper
 from pickcli.cell.tools.pinch_limits import PinchLimits
-from pickcli.geometry import Array, is_pose, pose, rotation_rpy
-from pickcli.grasping.antipodal import MAX_TILT, Pinch, limits_of, patch, pinches
+from pickcli.geometry import Array, is_pose, pose, rotation_from_vector, rotation_rpy
+from pickcli.grasping.antipodal import MAX_TILT, Pinch, flattened, limits_of, patch, pinches
 from pickcli.scene.scene import PoseNoise
 from pickcli.verification.pinch_check import pads_on
 
@@ -125,3 +125,22 @@ def test_beside_the_middle_of_a_ball_the_cones_are_left() -> None:
     middle = pads_on(ball, np.eye(4), GRIPPER)
     assert middle is not None and middle.steepest < np.radians(15.0)
     assert pads_on(ball, pose((0.05, 0.0, 0.0)), GRIPPER) is None
+
+
+@given(st.sampled_from(["x", "y", "z", "mantle", "sphere"]), st.integers(0, 2**31))
+def test_flattened_pads_close_along_a_normal_midway(face: str, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    T = pose(rng.normal(size=3), R=rotation_from_vector(rng.normal(size=3)))
+    flat = flattened(face, T)
+    y, middle = flat[:3, 1], flat[:3, 3]
+    assert is_pose(flat)
+    assert_allclose(flattened(face, flat), flat, atol=1e-12)
+    assert y @ T[:3, 1] >= 0.0  # closes the same way round
+    if face in ("x", "y", "z"):
+        k = "xyz".index(face)
+        assert abs(y[k]) == pytest.approx(1.0) and middle[k] == 0.0
+        np.testing.assert_array_equal(np.delete(middle, k), np.delete(T[:3, 3], k))
+    elif face == "mantle":
+        assert y[2] == 0.0 and (middle[:2] == 0.0).all() and middle[2] == T[2, 3]
+    else:
+        assert (middle == 0.0).all()

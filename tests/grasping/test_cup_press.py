@@ -18,8 +18,7 @@ DEGREE = float(np.radians(1.0))
 def at(x: float) -> Grasp:
     """A grasp on top of an item, x m from its middle."""
     T = pose([x, 0.0, 0.01], R=np.diag([1.0, -1.0, -1.0]))
-    figures = dict.fromkeys(("score", "moment", "pull", "shear", "twist", "load_ratio"), 0.0)
-    return Grasp("item", "top-down", "+z", DOWN, T, **figures)
+    return Grasp("item", "top-down", "+z", DOWN, T, *[0.0] * 6)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -177,3 +179,18 @@ def test_a_cluster_is_approached_level_and_no_object_is_singled_out() -> None:
     palm = (T @ envelope.T_tip_palm)[:, :3, 3]
     assert ((palm[:, 2] >= 0.2) & (palm[:, 2] <= 0.3)).all()
     assert ((closest - palm) @ forward >= FINGERS.gap - 1e-9).all()
+
+
+@settings(max_examples=60, deadline=None)
+@given(envelopes(), st.integers(0, 2**31))
+def test_clipped_poses_are_within_bounds_and_those_inside_stay(envelope: Envelope, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    inside = envelope.sample(rng, 10)
+    np.testing.assert_allclose(envelope.clipped(inside), inside, atol=1e-9)
+    outside = inside.copy()
+    outside[:, :3, 3] += rng.normal(size=(len(inside), 3)) * 0.05
+    clipped = envelope.clipped(outside)
+    np.testing.assert_array_equal(clipped[:, :3, :3], outside[:, :3, :3])  # they are not turned
+    np.testing.assert_allclose(envelope.clipped(clipped), clipped, atol=1e-9)
+    turned_at_will = replace(envelope, cone=np.pi, alignment=None)
+    assert all(off(turned_at_will, T) <= 1e-6 for T in clipped)

@@ -95,8 +95,13 @@ def test_a_round_trip_is_exact(tmp_path_factory: pytest.TempPathFactory, seed: i
 
 def test_every_field_of_a_plan_is_in_its_file(plan: Plan) -> None:
     pushing = replace(plan.segments[0], pushing=("book",))
+    assert plan.grasp is not None
     plan = replace(
-        plan, arm="left", segments=(pushing, *plan.segments[1:]), tracking=LineTracking("belt", 0.33)
+        plan,
+        arm="left",
+        grasp=replace(plan.grasp, envelope="+z"),
+        segments=(pushing, *plan.segments[1:]),
+        tracking=LineTracking("belt", 0.33),
     )
     data = plan_to_dict(plan)
     assert plan.grasp is not None and plan.certificate is not None

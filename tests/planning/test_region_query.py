@@ -37,7 +37,9 @@ def scene(table: Cell) -> CanScene:
 
 def test_goals_are_in_their_envelopes_free_and_sorted(table: Cell, arm: Arm, scene: CanScene) -> None:
     problem = problem_of(table, scene)
-    found = region_query(arm, problem, RegionChecks(scene.tool, scene.arm), np.random.default_rng(0))
+    found = region_query(
+        arm, problem, RegionChecks(scene.tool.are_valid_at, scene.arm), np.random.default_rng(0)
+    )
     assert len(found.Q) > 5
     tips = inverse(scene.target.T_world_item) @ arm.tips(found.Q, scene.state)
     for T, k in zip(tips, found.envelope.tolist(), strict=True):
@@ -89,13 +91,15 @@ def test_limits_hold_and_nothing_is_returned_for_what_is_out_of_reach(
     )
     assert len(Q) == 0
     problem = RegionProblem(scene.envelopes, far, scene.state, table.configurations["home"].q)
-    found = region_query(arm, problem, RegionChecks(scene.tool, scene.arm), np.random.default_rng(0))
+    found = region_query(
+        arm, problem, RegionChecks(scene.tool.are_valid_at, scene.arm), np.random.default_rng(0)
+    )
     assert len(found.Q) == 0
 
 
 def test_a_path_into_the_region_is_proven_and_the_same_again(table: Cell, arm: Arm, scene: CanScene) -> None:
     space = JointSpace.of(table.robot, table.speed_scale)
-    problem, checks = problem_of(table, scene), RegionChecks(scene.tool, scene.arm)
+    problem, checks = problem_of(table, scene), RegionChecks(scene.tool.are_valid_at, scene.arm)
     first = plan_to_region(arm, space, problem, checks, seed=3)
     assert first is not None
     assert scene.arm.first_blocked_edge(first.waypoints) == -1

@@ -132,8 +132,7 @@ def test_what_is_met_while_the_lift_waits_stops_the_motion(cell: Cell, build_rea
 
 def with_grasp(plan: Plan) -> Plan:
     """A plan that says on which face the cup seals, as those of the planner do."""
-    figures = dict.fromkeys(("score", "moment", "pull", "shear", "twist", "load_ratio"), 0.1)
-    grasp = Grasp("cube", "frontal", "-z", STRAIGHT, np.eye(4), **figures)
+    grasp = Grasp("cube", "frontal", "-z", STRAIGHT, np.eye(4), *[0.1] * 6)
     return replace(plan, grasp=grasp)
 
 

@@ -68,8 +68,8 @@ LOAD = {"pull": 20.0, "shear": 5.0, "moment": 0.5, "twist": 0.8, "load_ratio": 0
 
 
 def grasp(**load: float) -> Grasp:
-    stated = {**LOAD, **load}
-    return Grasp(CRAYOLA, "top-down", "+z", STRAIGHT, np.eye(4), 0.1, **stated)
+    figures = [{**LOAD, **load}[name] for name in ("moment", "pull", "shear", "twist", "load_ratio")]
+    return Grasp(CRAYOLA, "top-down", "+z", STRAIGHT, np.eye(4), 0.1, *figures)
 
 
 def test_what_is_stated_of_a_load_is_its_worst() -> None:

@@ -2,7 +2,7 @@
 
 - Grasp, in `grasp_selection`: `target_check` checks whether the item may be taken at all, `tool_clearance`
   plans for the tool without the arm, before any inverse kinematics; `grasp_motion` proves the lines of one
-  grasp.
+  grasp. Candidates are fixed ones of `grasping`, or found from the arm by `region_candidates`.
 - Extraction, in `extraction`: `planned_extraction` and `lift_sampling` if no simple corridor is free.
 - Over a running belt: `reach_table` says at once what is never met, and `belt_raise` lengthens the lines to
   where the arm may wait whatever comes.

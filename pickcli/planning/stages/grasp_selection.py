@@ -1,4 +1,4 @@
-"""Selection of grasps with proven lines in the bin: from few candidates, and from many if none succeeds."""
+"""Selection of grasps with proven lines in the bin: from few candidates, and from more if none succeeds."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ from pickcli.grasping.search import USUAL, WIDE_SEARCH, Search
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.pick_settings import GraspApproach
+from pickcli.planning.region_query import RegionSearch
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.region_candidates import region_candidates
 from pickcli.planning.stages.shift_end import plan_end_of_shift, shift_transforms
 from pickcli.planning.stages.target_check import check_target
 from pickcli.planning.stages.tool_clearance import tool_lines, with_tool_clearance
@@ -28,6 +31,18 @@ SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from a faile
 # reaches some grasps of a heap in few ways only: the 93rd, 247th and 394th in three of its stuck heaps.
 MOST_UNFOLLOWED = 400
 MOST_TRIED = 1000  # grasps of one search, those that would tip the item included
+
+# One after the other, until grasps succeed: how candidates are found, and the ways out that they choose from.
+_FIXED: tuple[tuple[Search | RegionSearch, CorridorSet], ...] = (
+    (USUAL, CorridorSet.FEW),
+    (WIDE_SEARCH, CorridorSet.MANY),
+)
+_BY_REGION = ((RegionSearch(250, 2), CorridorSet.FEW), (RegionSearch(1000, 8), CorridorSet.MANY))
+SEARCHES = {
+    GraspApproach.LINES: _FIXED,
+    GraspApproach.REGION: _BY_REGION,
+    GraspApproach.LINES_THEN_REGION: _FIXED + _BY_REGION[-1:],
+}
 
 
 def feasible_grasps(
@@ -44,27 +59,47 @@ def feasible_grasps(
     """
     rng = derived_rng(problem.seed, "grasps", problem.target.id)
     failures = Failures()
-    for search, corridors in ((USUAL, CorridorSet.FEW), (WIDE_SEARCH, CorridorSet.MANY)):
-        candidates = _candidates(problem, search, exclude, rng)
-        failures += Failures(tuple(candidates.rejected))
+    for search, corridors in SEARCHES[problem.settings.approach]:
+        candidates = _candidates(problem, search, corridors, exclude, rng)
+        if isinstance(candidates, Failures):
+            return (), failures + candidates
+        told = Failures(tuple(candidates.rejected))
         if candidates.batches:
             ways_out = _ways_out(problem, corridors)
             if isinstance(ways_out, Failures):
-                return (), failures + ways_out
+                return (), failures + told + ways_out
             feasible, against = _tried(problem, search, candidates, ways_out, rng)
-            failures += against
+            told += against
             if feasible:
-                return feasible, failures
+                return feasible, failures + told
+        if _tells(problem, search):
+            failures += told
         if not problem.context.method.may_hold(problem.target.item):
             break
     return (), failures
 
 
+def _tells(problem: PickProblem, search: Search | RegionSearch) -> bool:
+    """Whether reasons of a search are told: a region query repeats what stands against fixed candidates.
+
+    A trial decides by the most frequent reasons what it tries next.
+    """
+    return problem.settings.approach is GraspApproach.REGION or not isinstance(search, RegionSearch)
+
+
 def _candidates(
-    problem: PickProblem, search: Search, exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator
-) -> CandidateSet:
-    method, most = problem.context.method, problem.settings.load_ratio
-    found = method.sample(problem.grasp_target, rng, search, most)
+    problem: PickProblem, search: Search | RegionSearch, corridors: CorridorSet,
+    exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator,
+) -> CandidateSet | Failures:  # fmt: skip
+    """Return the candidates of a search but those to exclude; or the reasons against picking the target."""
+    if isinstance(search, RegionSearch):
+        ways_out = _ways_out(problem, corridors)
+        if isinstance(ways_out, Failures):
+            return ways_out
+        found = region_candidates(problem, search, ways_out, rng, explains=_tells(problem, search))
+    else:
+        most = problem.settings.load_ratio
+        found = problem.context.method.sample(problem.grasp_target, rng, search, most)
     return found.select([~_is_like_any(batch, exclude) for batch in found.batches]) if exclude else found
 
 
@@ -79,7 +114,7 @@ def _ways_out(problem: PickProblem, corridors: CorridorSet) -> tuple[Array, ...]
 
 def _tried(
     problem: PickProblem,
-    search: Search,
+    search: Search | RegionSearch,
     candidates: CandidateSet,
     ways_out: Sequence[Array],
     rng: np.random.Generator,

@@ -6,7 +6,7 @@ a hundredth of the cost of following a line with the arm.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, product
 
@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import CONTACT_DISTANCE, PickPoses, pick_poses
 from pickcli.cartesian.line import shifted
+from pickcli.cell.tool import ToolState
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.grasp_target import CandidateSet, GraspBatch
+from pickcli.grasping.grasp_target import CandidateSet
 from pickcli.grasping.holding import Laden
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
@@ -49,7 +50,10 @@ def with_tool_clearance(
     Returns:
         The grasps with clearance, best first, and why some of the others have none.
     """
-    are_clear = [_have_clearance(problem, batch, ways_out) for batch in candidates.batches]
+    are_clear = [
+        _have_clearance(problem, batch.face, batch.tool_state, batch.T_item_tip, ways_out)
+        for batch in candidates.batches
+    ]
 
     def why_not() -> Iterator[Reason]:
         without = candidates.select([~is_clear for is_clear in are_clear]).grasps
@@ -59,40 +63,56 @@ def with_tool_clearance(
     return candidates.select(are_clear).grasps, Failures((why_not,))
 
 
-def _have_clearance(problem: PickProblem, batch: GraspBatch, ways_out: Sequence[Array]) -> NDArray[np.bool_]:
-    """Return (N,) whether the tool has clearance for each grasp of a batch."""
-    first, T = batch[0], problem.target.T_world_item @ batch.T_item_tip
-    left = np.arange(len(batch))
-    for tool in _at_target(problem, first):
-        left = left[_are_valid(tool, T[left])]
-    before = _touch(problem, batch.face, batch.T_item_tip[left], T[left])
-    left = left[_are_valid(_approaching(problem, first), before)]
-    is_clear = np.zeros(len(batch), dtype=bool)
-    is_clear[left] = _can_be_lifted(problem, first, T[left], ways_out)
+def room_for_tool(
+    problem: PickProblem, face: str, tool_state: ToolState, ways_out: Sequence[Array]
+) -> Callable[[Array], NDArray[np.bool_]]:
+    """Make the check of poses that tells whether the tool has clearance as ``with_tool_clearance`` asks it.
+
+    Args:
+        problem: The pick.
+        face: The name of the face under the cup, or of the pinched faces.
+        tool_state: State of the tool that the target is grasped with.
+        ways_out: Displacements (K, 4, 4) of each way out for the target as a free flyer, at least one.
+
+    Returns:
+        Tells (N,) for poses (N, 4, 4) of the tool in the world at the grasp whether it has clearance.
+    """
+    T_item_world = inverse(problem.target.T_world_item)
+    return lambda T: _have_clearance(problem, face, tool_state, T_item_world @ T, ways_out)
+
+
+def _have_clearance(
+    problem: PickProblem, face: str, tool_state: ToolState, T_item_tip: Array, ways_out: Sequence[Array]
+) -> NDArray[np.bool_]:
+    """Return (N,) whether the tool has clearance for grasps (N, 4, 4) of a face in one tool state."""
+    T, left = problem.target.T_world_item @ T_item_tip, np.arange(len(T_item_tip))
+    for tool in _at_target(problem, face, tool_state):
+        left = left[tool.are_valid_at(T[left])]
+    before = _touch(problem, face, T_item_tip[left], T[left])
+    left = left[_approaching(problem, tool_state).are_valid_at(before)]
+    is_clear = np.zeros(len(T), dtype=bool)
+    is_clear[left] = _can_be_lifted(_carrying(problem, face, tool_state), T[left], ways_out)
     return is_clear
 
 
-def _can_be_lifted(
-    problem: PickProblem, grasp: Grasp, T: Array, ways_out: Sequence[Array]
-) -> NDArray[np.bool_]:
+def _can_be_lifted(tool: FreeToolChecker, T: Array, ways_out: Sequence[Array]) -> NDArray[np.bool_]:
     """Return (N,) whether the tool with the target at T (N, 4, 4) has clearance at the end of any lift."""
-    tool = _carrying(problem, grasp)
     lifted = np.stack([transforms[LIFTED] for transforms in ways_out]) @ T[:, None]
-    is_free = _are_valid(tool, lifted.reshape(-1, 4, 4))
+    is_free = tool.are_valid_at(lifted.reshape(-1, 4, 4))
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 
 def _why_not_clear(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) -> Failures:
     where, T = str(grasp), problem.target.T_world_item @ grasp.T_item_tip
-    for tool in _at_target(problem, grasp):
-        if not _are_valid(tool, T[None])[0]:
+    for tool in _at_target(problem, grasp.face, grasp.tool_state):
+        if not tool.are_valid_at(T[None])[0]:
             return _blocked(problem, tool, T[None], f"{where}, contact")
-    empty = _approaching(problem, grasp)
+    empty = _approaching(problem, grasp.tool_state)
     touch = _touch(problem, grasp.face, grasp.T_item_tip[None], T[None])
-    if not _are_valid(empty, touch)[0]:
+    if not empty.are_valid_at(touch)[0]:
         return _blocked(problem, empty, touch, f"{where}, approach")
     lifted = ways_out[0][LIFTED] @ T
-    return _blocked(problem, _carrying(problem, grasp), lifted[None], f"{where}, lift")
+    return _blocked(problem, _carrying(problem, grasp.face, grasp.tool_state), lifted[None], f"{where}, lift")
 
 
 def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) -> ToolLines | Failures:
@@ -118,7 +138,7 @@ def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) ->
 
 def _ways_in(problem: PickProblem, grasp: Grasp) -> tuple[PickPoses, ...] | Failures:
     """Find ways to the contact, the simplest first."""
-    empty, slow = _approaching(problem, grasp), _slow_distance(problem)
+    empty, slow = _approaching(problem, grasp.tool_state), _slow_distance(problem)
     overtravel = float(_overtravel(problem, grasp.face, grasp.T_item_tip[None])[0])
     usual, shortest = problem.settings.approach_offset, max(overtravel + slow, LEAST_APPROACH)
 
@@ -127,7 +147,7 @@ def _ways_in(problem: PickProblem, grasp: Grasp) -> tuple[PickPoses, ...] | Fail
         return pick_poses(problem.T_world_entry, T_world_item, grasp.T_item_tip, offset, overtravel, slow)
 
     plain = poses_of(usual)
-    for tool in _at_target(problem, grasp):
+    for tool in _at_target(problem, grasp.face, grasp.tool_state):
         if not _is_valid_path(tool, plain.contact, plain.touch):
             return _blocked(problem, tool, np.stack([plain.contact, plain.touch]), "contact")
     found: list[PickPoses] = []
@@ -158,7 +178,7 @@ def _ways_out(
     problem: PickProblem, grasp: Grasp, contact: Array, ways_out: Sequence[Array]
 ) -> tuple[LiftPoses, ...] | Failures:
     """Find ways out on which the tool keeps clear of everything and holds the target."""
-    tool = _carrying(problem, grasp)
+    tool = _carrying(problem, grasp.face, grasp.tool_state)
     # A line that turns the item moves the tool farther than the item's centre; the verifier measures that.
     longest = problem.settings.first_stretch + TOOL_SWING
     freed = np.stack([transforms[0] for transforms in ways_out]) @ contact
@@ -213,28 +233,23 @@ def _touch(problem: PickProblem, face: str, T_item_tip: Array, T_world_tip: Arra
     return shifted(T_world_tip, -before[:, None] * T_world_tip[:, :3, 2])
 
 
-def _approaching(problem: PickProblem, grasp: Grasp) -> FreeToolChecker:
-    return _checker(problem, Mode(grasp.tool_state, contacts=problem.contacts.while_approaching()))
+def _approaching(problem: PickProblem, tool_state: ToolState) -> FreeToolChecker:
+    return _checker(problem, Mode(tool_state, contacts=problem.contacts.while_approaching()))
 
 
-def _at_target(problem: PickProblem, grasp: Grasp) -> tuple[FreeToolChecker, ...]:
+def _at_target(problem: PickProblem, face: str, tool_state: ToolState) -> tuple[FreeToolChecker, ...]:
     """Return the checkers of the tool at the target."""
-    modes = problem.context.method.at_target(problem.contacts, grasp)
+    modes = problem.context.method.at_target(problem.contacts, face, tool_state)
     return tuple(_checker(problem, mode) for mode in modes)
 
 
-def _carrying(problem: PickProblem, grasp: Grasp) -> FreeToolChecker:
-    return _checker(problem, problem.context.method.carrying(problem.contacts, grasp))
-
-
-def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:
-    """Return (N,) whether the tool has clearance at poses (N, 4, 4)."""
-    return tool.are_valid(tool.displacements(T))
+def _carrying(problem: PickProblem, face: str, tool_state: ToolState) -> FreeToolChecker:
+    return _checker(problem, problem.context.method.carrying(problem.contacts, face, tool_state))
 
 
 def _all_valid(tool: FreeToolChecker, ways: Sequence[Array]) -> NDArray[np.bool_]:
     """Return (W,) whether the tool has clearance at all poses (K, 4, 4) of each of W ways."""
-    return np.asarray(np.logical_and.reduceat(_are_valid(tool, np.concatenate(ways)), _starts(ways)))
+    return np.asarray(np.logical_and.reduceat(tool.are_valid_at(np.concatenate(ways)), _starts(ways)))
 
 
 def _starts(ways: Sequence[Array]) -> NDArray[np.intp]:
