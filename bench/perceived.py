@@ -34,7 +34,6 @@ from time import thread_time
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 from scipy.optimize import linprog, minimize
 
 from pickcli.cell.cell import Cell
@@ -60,11 +59,11 @@ from pickcli.perception.items.print_search import PrintSearch
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
-from pickcli.perception.looks import HALL, LightingModel, colour_picture
-from pickcli.perception.procedural_texture import ColourPicture
+from pickcli.perception.looks import colour_picture
+from pickcli.perception.photograph import photograph
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
-from pickcli.perception.textures.print_matching import SiftViews
 from pickcli.perception.textures.print_model import print_model
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
 from pickcli.random_scenes.leaning_items import leaning_items
 from pickcli.random_scenes.make_scene import make_scene
@@ -86,7 +85,6 @@ CLASSES, CLASSES_OF_PAIRS = (
 MIXING = {"kinect_v2"}  # sensors that mix depths at edges
 CONFIDENCE_FEATURE = 2  # index of the one that follows from the confidence
 WRONG_FACE_DEG = 30.0
-EXPOSURES, WHITE_BALANCE, BLUR, GREY_NOISE = (0.85, 1.15), 0.05, 0.5, 2.0  # px, and levels of 255
 QUANTILE, KEPT = 0.9, 0.995  # of the regression of bounds, and of poses with all errors within them
 
 
@@ -199,34 +197,6 @@ def from_where(cell: Cell, n_looks: int) -> dict[Place, tuple[Viewpoint, ...]]:
     return {place: viewpoints_of(place, cell)[:n_looks] for place in cell.pod.bins.values()}
 
 
-def as_taken(colour: ColourPicture, seed: int) -> ColourPicture:
-    """A picture as a camera takes it: exposure and white balance off, blurred, with noise."""
-    rng = derived_rng("taken", seed)
-    gains = rng.uniform(*EXPOSURES) * rng.uniform(1.0 - WHITE_BALANCE, 1.0 + WHITE_BALANCE, 3)
-    blurred = gaussian_filter(colour * gains, (BLUR, BLUR, 0.0))
-    noisy = blurred + rng.normal(0.0, GREY_NOISE, colour.shape)
-    return np.asarray(np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
-
-
-def drawn_light(seed: int) -> LightingModel:
-    """Light in a hall that no model knows."""
-    rng = derived_rng("light", seed)
-    x, y, z = HALL.lamp_position
-    at = (
-        x + float(rng.uniform(-0.8, 0.8)),
-        y + float(rng.uniform(-2.5, 2.5)),
-        z + float(rng.uniform(-0.8, 0.4)),
-    )
-    amounts = rng.uniform(0.75, 1.25, 3) * (HALL.ambient, HALL.headlight, HALL.lamp)
-    return replace(
-        HALL,
-        ambient=float(amounts[0]),
-        headlight=float(amounts[1]),
-        lamp=float(amounts[2]),
-        lamp_position=at,
-    )
-
-
 def seen_bins(
     scene: Scene, sensor: SensorModel, n_looks: int = 1, is_deformed: bool = False,
     print_set: int | None = None,
@@ -247,9 +217,8 @@ def seen_bins(
             if print_set is None:
                 colour = colour_picture(rendered, sensor.camera, T, TEXTURES + scene.seed)
             else:
-                light = drawn_light(scene.seed)
-                new = colour_picture(rendered, sensor.camera, T, print_set, light, scene.seed)
-                colour = as_taken(new, derived_seed("taken", scene.seed, place.name, k))
+                taken = derived_seed("taken", scene.seed, place.name, k)
+                colour = photograph(rendered, sensor.camera, T, print_set, scene.seed, taken)
             known = RenderedScene.of(empty, at.q, at.tool_state)
             pictures.append((RgbdPicture(sensor, T, depth, colour), known))
         at = viewpoints[0].at

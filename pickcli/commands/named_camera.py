@@ -9,6 +9,7 @@ import click
 
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP
 from pickcli.commands.option_types import PATH
+from pickcli.perception.textures.sift_views import NO_SIFT, SiftViews
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+_SIFT = [NO_SIFT, *(each.value for each in SiftViews)]
 _CAMERA_HELP = "A camera under sensors of the cell (apc inspect lists them)."
 
 
@@ -44,6 +46,32 @@ def optional_camera_options(function: F) -> F:
     """
     camera = click.option("--camera", "name", metavar="NAME", help=_CAMERA_HELP)
     return camera(_at_option(function, None))
+
+
+def sift_option(function: F) -> F:
+    """Give a command the option --sift VIEWS, which is passed to it as a ``SiftViews``, or None.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--sift", type=click.Choice(_SIFT), default=NO_SIFT, show_default=True,
+        callback=_installed_sift,
+        help="Look for what is printed on items, too, which tells sides apart: by the features of all "
+             "views of a model as one set, or of each view by itself.",
+    )(function)  # fmt: skip
+
+
+def _installed_sift(ctx: click.Context, param: click.Parameter, value: str) -> SiftViews | None:
+    """The views that are compared, if what compares them is installed."""
+    if value == NO_SIFT:
+        return None
+    import pickcli.perception.textures.opencv  # noqa: F401  # or it says how to install it
+
+    return SiftViews(value)
 
 
 def deformed_option(what: str) -> Callable[[F], F]:

@@ -14,6 +14,7 @@ from click.core import ParameterSource
 from pickcli.commands.arm_options import arm_option
 from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.build_options import jobs_option
+from pickcli.commands.named_camera import sift_option
 from pickcli.commands.options import (
     cell_option,
     items_option,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
     from pickcli.cell.workcell import Workcell
+    from pickcli.perception.textures.sift_views import SiftViews
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.roadmap.query_experience import ExperienceRecorder
     from pickcli.scene.scene import PoseNoise
@@ -111,6 +113,7 @@ class TrialOptions:
 
     Attributes:
         perception: Source of the perceived scene: "truth", "noise" or "camera".
+        sift: How cameras look for the prints of items; None for shapes and colours only.
         pose_noise: Bounds of the error of item poses.
         strategy_name: Name or file of the strategy.
         stow_rule: Name of the rule by which bins are chosen.
@@ -125,6 +128,7 @@ class TrialOptions:
     """
 
     perception: str
+    sift: SiftViews | None
     pose_noise: PoseNoise
     strategy_name: str
     stow_rule: str
@@ -207,7 +211,9 @@ class TrialOptions:
                     "--pose-noise: there are no errors with --perception truth; leave it out"
                 )
             noise = PoseNoise()
-        return TrialConditions(noise, reality, self.pod_shift, rule, strategy, kind)
+        if self.sift is not None and kind is not PerceptionKind.CAMERA:
+            raise click.UsageError("--sift: prints are looked for by cameras; add --perception camera")
+        return TrialConditions(noise, reality, self.pod_shift, rule, strategy, kind, self.sift)
 
 
 def refuse_stow_rule(orders: Iterable[Order]) -> None:
@@ -240,7 +246,7 @@ def trial_options(function: F) -> F:
     for option in (  # the last is the first in the help
         jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
         cell_option, reality_option, pod_shift_option("random, unless --reality says otherwise"),
-        stow_rule_option, strategy_option, pose_noise_option, perception_option,
+        stow_rule_option, strategy_option, pose_noise_option, sift_option, perception_option,
     ):  # fmt: skip
         function = option(function)
     return function

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +30,10 @@ from pickcli.perception.items.item_perception import ListedItem, PlaceLook, conc
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
-from pickcli.perception.looks import colour_picture
 from pickcli.perception.mount_calibration import MountCalibration, PodLook, calibrated_mounts, camera_in_pod
 from pickcli.perception.next_view import hiding_items, next_views
 from pickcli.perception.perceived_picture import perceived_picture
+from pickcli.perception.photograph import photograph
 from pickcli.perception.pod_fit import CameraFit
 from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import RenderedScene
@@ -42,6 +43,10 @@ from pickcli.scene.scene import PlacedItem, PoseNoise, Scene, empty_scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedItem, ReachedViews, Touched
 
+if TYPE_CHECKING:  # it needs OpenCV
+    from pickcli.perception.items.print_search import PrintSearch
+
+PRINTS_OF_TRIALS = 1  # seed of the prints on items: models of colours know set 0, those of prints this one
 _EXACT = MountError(0.0, 0.0)
 N_NEXT = 3  # pictures of a place in which something is refused
 _DRAWN = 640  # px, about the width of a drawing of answers
@@ -95,15 +100,20 @@ class CameraLooks:
         around: Perception of all that no camera looks into: places open above, and the pod until it is seen.
         hand_eye: Whether cameras are off their stated poses, within the bounds of the cell.
         deformed: Whether cloth and bags look other than their boxes.
+        prints: How prints are looked for; None for shapes and colours only.
 
     Raises:
         InputError: No camera sees enough of a place.
     """
 
-    def __init__(self, true: Scene, around: BoundedErrors, hand_eye: bool, deformed: bool = False) -> None:
+    def __init__(
+        self, true: Scene, around: BoundedErrors, hand_eye: bool, deformed: bool = False,
+        prints: PrintSearch | None = None,
+    ) -> None:  # fmt: skip
         cell = true.cell
         self._cell, self._around, self._seed = cell, around, around.seed
-        self._hand_eye = hand_eye
+        self._hand_eye, self._prints = hand_eye, prints
+        self._hall_seed = derived_seed("hall", around.seed)
         self._deformed_seed = derived_seed("deformed looks", around.seed) if deformed else None
         self._viewpoints = {
             name: viewpoints_of(place, cell)
@@ -279,8 +289,7 @@ class CameraLooks:
         rendered = RenderedScene.of(replace(true, held=None), at.q, at.tool_state, self._deformed_seed)
         seed = derived_seed("look", self._seed, number, name, at.name)
         depth = measure_depth(rendered, model, T_true, seed)
-        prints = 1 + derived_seed("prints", self._seed) % (2**31 - 1)  # models know set 0
-        colour = colour_picture(rendered, model.camera, T_true, prints)
+        colour = photograph(rendered, model.camera, T_true, PRINTS_OF_TRIALS, self._hall_seed, seed)
         at_pod = None
         if name in true.cell.pod.bins and model.depth is not None:
             picture = replace(depth, T_world_camera=viewpoint.T_world_camera)
@@ -332,7 +341,7 @@ class CameraLooks:
         if self._pod is not None and picture.at_pod is not None:
             T_world_camera = self._pod.T_world_pod @ picture.at_pod.T_pod_camera
         rgbd, known = picture.rgbd(T_world_camera), self._known(viewpoint, around)
-        return PlaceLook.of(rgbd, place, around.T_world_place(place), listed, known)
+        return PlaceLook.of(rgbd, place, around.T_world_place(place), listed, known, self._prints)
 
     def _known(self, viewpoint: Viewpoint, around: Scene) -> RenderedScene:
         """All that is known to be seen from a viewpoint, without items."""

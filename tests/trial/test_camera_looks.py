@@ -10,12 +10,14 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
-from pickcli.geometry import inverse, pose
+from pickcli.geometry import inverse, pose, rotation_angle
 from pickcli.perception.depth_picture import DepthPicture
-from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
+from pickcli.perception.items.print_search import PrintSearch
 from pickcli.perception.items.symmetry import turn_between
 from pickcli.perception.mount_calibration import camera_in_pod
 from pickcli.perception.pod_fit import CameraFit
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.perception.viewpoints import further_viewpoints, viewpoints_of
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -25,7 +27,7 @@ from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.simulation.reality import IDEAL
-from pickcli.trial.camera_looks import CameraLooks, with_names_of_copies
+from pickcli.trial.camera_looks import PRINTS_OF_TRIALS, CameraLooks, with_names_of_copies
 from pickcli.trial.trial_perception import BoundedErrors, ReachedViews, Touched, true_poses
 
 ITEM = "crayola_24_ct"
@@ -76,6 +78,22 @@ def test_what_deforms_is_seen_so_and_believed_within_wider_bounds(cell: Cell) ->
     for placed in soft.items:
         off = np.linalg.norm(placed.T_world_item[:3, 3] - scene.find(placed.id).T_world_item[:3, 3])
         assert off < bounds[1][placed.id].position
+
+
+def test_what_is_printed_tells_the_faces(cell: Cell) -> None:
+    scene = make_scene({"bin_E": ["crayola_24_ct", "dove_beauty_bar"]}, cell, seed=2)
+    prints = PrintSearch(SiftViews.ALL, PRINTS_OF_TRIALS)
+    perception = CameraLooks(scene, BoundedErrors(NOISE, 1, IDEAL), True, prints=prints)
+    believed = look(perception, scene, 1)
+    by_print = [
+        seen for seen in perception.looks[0].items
+        if seen.is_believed and seen.answer.found_by is FoundBy.PRINT
+    ]  # fmt: skip
+    assert by_print
+    for seen in by_print:
+        assert seen.is_bound_kept
+        R, R_true = (each.find(seen.answer.id).T_world_item[:3, :3] for each in (believed, scene))
+        assert rotation_angle(R.T @ R_true) < np.radians(10.0)
 
 
 @pytest.fixture(scope="module")
