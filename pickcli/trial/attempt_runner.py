@@ -378,9 +378,10 @@ class AttemptRunner:
         Returns:
             The record of the execution.
         """
-        if self.settings.perception is PerceptionKind.CAMERA:
-            self._touched = self._touched.also(plan, self._seen.cell, self._seen)
         execution = self._timed(self.interfaces.arena.execute(plan))
+        if self.settings.perception is PerceptionKind.CAMERA:
+            has_left = execution.stop_cause is not None and execution.stop_cause.has_left_item
+            self._touched = self._touched.also(plan, self._seen.cell, self._seen, has_left)
         self._is_stopped = bool(execution.stopped)
         self._jams.note(plan, execution)
         return execution

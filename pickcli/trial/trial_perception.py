@@ -48,19 +48,20 @@ class Touched:
     places: frozenset[str] = frozenset()
     moved: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
-    def also(self, plan: Plan, cell: Cell, scene: Scene) -> Touched:
+    def also(self, plan: Plan, cell: Cell, scene: Scene, has_left_item: bool = False) -> Touched:
         """Add what a plan touches.
 
         Args:
             plan: The plan.
             cell: The cell as seen by its arm.
             scene: The perceived scene.
+            has_left_item: Whether the tool measured that it did not take the item from where it was.
 
         Returns:
             All that is touched.
         """
         moved = dict(self.moved)
-        if plan.grasp is not None:
+        if plan.grasp is not None and not has_left_item:
             before = moved.get(plan.grasp.item, frozenset())
             moved[plan.grasp.item] = before | _entered(plan, cell, scene, 0.0)
         return Touched(self.places | _entered(plan, cell, scene, _AROUND), moved)

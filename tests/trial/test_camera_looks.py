@@ -257,6 +257,8 @@ def test_a_plan_touches_the_places_that_its_tip_enters(true_scene: Scene) -> Non
     assert touched.places >= {"bin_C", TOTE}
     assert not touched.places & {"bin_E", "bin_G"}
     assert touched.moved[ITEM] - {TOTE} == {"bin_C"}
+    left = Touched().also(plan, cell, true_scene, has_left_item=True)
+    assert left.places == touched.places and not left.moved  # it is still where it was, and may be touched
 
 
 def test_the_truth_is_perceived_as_it_is(true_scene: Scene) -> None:
