@@ -4,7 +4,7 @@
     python -m bench.perceived --seeds 10-18 --calibrate
     python -m bench.perceived --seeds 24-39 --sensors ensenso --looks 3 --calibrate
     python -m bench.perceived --seeds 1000 --sensors ensenso --lists
-    python -m bench.perceived --seeds 1000-1003 --sensors ensenso --sift all-views
+    python -m bench.perceived --seeds 1000-1003 --sensors ensenso --sift all-views [--looks 3 [--calibrate]]
 
 Each seed is an order drawn by the rules of 2016 (46 items in 12 bins), stowed by the package's scene maker,
 and printed by a set of prints that no model knows. The camera on the gripper looks once into each bin, as
@@ -18,7 +18,9 @@ and answers are what two of the looks agree on; ``--calibrate`` is then for what
 ``--sift`` looks for the prints of items, too, and tells what that brings, on the same pictures: of printed
 items that are well seen how many are within 2 mm and 10 degrees with no symmetry set aside, so with the right
 face. Models know the set of prints, but as new and in even light; in the pictures labels are damaged, lamp
-and amounts of light are drawn, as are exposure and white balance, and there are blur and noise.
+and amounts of light are drawn, as are exposure and white balance, and there are blur and noise. With
+``--looks 3`` the figures are those of answers by several looks, with the set of prints of trials, and
+``--calibrate`` is for bounds of poses at which two looks recognised the print.
 """
 
 from __future__ import annotations
@@ -69,6 +71,7 @@ from pickcli.random_scenes.leaning_items import leaning_items
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
+from pickcli.trial.camera_looks import PRINTS_OF_TRIALS
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 
@@ -85,6 +88,7 @@ CLASSES, CLASSES_OF_PAIRS = (
 MIXING = {"kinect_v2"}  # sensors that mix depths at edges
 CONFIDENCE_FEATURE = 2  # index of the one that follows from the confidence
 WRONG_FACE_DEG = 30.0
+KEPT_BY_PRINT = 0.999  # of poses at which two looks recognised the print
 QUANTILE, KEPT = 0.9, 0.995  # of the regression of bounds, and of poses with all errors within them
 
 
@@ -115,6 +119,7 @@ class Row:
     is_printed: bool = False
     found_by: str = "shape"
     turned_deg: float | None = None  # as deg, but no symmetry is set aside
+    is_by_print: bool = False  # in both of two looks that agree
 
     @property
     def is_near(self) -> bool:
@@ -227,16 +232,18 @@ def seen_bins(
 
 
 def rows_of_scene(
-    scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False, is_deformed: bool = False
-) -> Iterator[Row]:
+    scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False, is_deformed: bool = False,
+    prints: PrintSearch | None = None,
+) -> Iterator[Row]:  # fmt: skip
     """All items of all bins, each seen from so many places; or what each two of these looks say of them."""
-    for seen in seen_bins(scene, sensor, n_looks, is_deformed):
+    print_set = None if prints is None else prints.texture_seed
+    for seen in seen_bins(scene, sensor, n_looks, is_deformed, print_set):
         listed = [ListedItem.of(each.id, each.item, is_deformed) for each in seen.items]
         for one in listed:
             product_model(one.seen_as)
         start = thread_time()
         leaning = leaning_items(scene)
-        looks = seen.looks(listed)
+        looks = seen.looks(listed, prints)
         observed = [concluded(each) for each in (combinations(looks, 2) if in_pairs else [looks])]
         ms = 1e3 * (thread_time() - start) / max(len(seen.items), 1)
         visible = [visible_share(seen.rendered, seen.rgbd, placed.id) for placed in seen.items]
@@ -353,6 +360,7 @@ def _row(
         sensor.name, seed, name, answer.id, len(items), visible, answer.is_answer, answer.confidence,
         *_in_mm_and_degrees(error), ms, features, of_bound, *_in_mm_and_degrees(answer.bound), is_kept,
         is_printed=answer.item.is_printed, found_by=answer.found_by.value, turned_deg=turned,
+        is_by_print=answer.agreement is not None and answer.agreement.is_by_print,
     )  # fmt: skip
 
 
@@ -428,7 +436,11 @@ def quantile_weights(features: Array, wanted: Array) -> Array:
 
 
 def calibrated_bounds(
-    features: Array, errors: Array, scenes: Sequence[int], between: Sequence[float] = CLASSES
+    features: Array,
+    errors: Array,
+    scenes: Sequence[int],
+    between: Sequence[float] = CLASSES,
+    kept: float = KEPT,
 ) -> BoundModel:
     """Bounds of errors (N, 3) by features (N, F), with factors that keep nearly all of each class.
 
@@ -445,7 +457,7 @@ def calibrated_bounds(
     return BoundModel(
         np.array([quantile_weights(features, error) for error in wanted.T]),
         classes,
-        np.array([np.quantile(excess[own == k], KEPT, method="higher") for k in range(len(classes) + 1)]),
+        np.array([np.quantile(excess[own == k], kept, method="higher") for k in range(len(classes) + 1)]),
     )
 
 
@@ -474,6 +486,18 @@ def print_calibration(rows: Sequence[Row], between: Sequence[float]) -> None:
         model = calibrated_bounds(features, errors, [r.seed for r, _ in own], between)
         for part, values in asdict(model).items():
             print(name, part, np.array2string(values, precision=3, separator=", "))
+
+
+def print_calibration_of_prints(rows: Sequence[Row]) -> None:
+    """Print how often poses by the print in two looks are right, and the weights of their bounds."""
+    found = [r for r in rows if r.is_by_print]
+    near = [r for r in found if r.is_near]
+    print(f"by print in two looks {len(found)}, of which near {len(near)}")
+    errors = np.array([[r.mm, r.deg, r.surface_mm] for r in near], dtype=np.float64)
+    features = np.array([r.bound_features for r in near])
+    model = calibrated_bounds(features, errors, [r.seed for r in near], CLASSES, KEPT_BY_PRINT)
+    for part, values in asdict(model).items():
+        print(part, np.array2string(values, precision=3, separator=", "))
 
 
 def with_confidence(row: Row, confidence: float) -> Array:
@@ -544,8 +568,21 @@ def main() -> None:
         return
     if arguments.sift is not None:
         seeds = numbers_in(arguments.seeds)
-        prints = PrintSearch(SiftViews(arguments.sift), TEXTURES + seeds[0])
+        print_set = PRINTS_OF_TRIALS if arguments.looks > 1 else TEXTURES + seeds[0]
+        prints = PrintSearch(SiftViews(arguments.sift), print_set)
         scenes = [fresh_scene(cell, seed, arguments.leaning) for seed in seeds]
+        if arguments.looks > 1:
+            seen = [
+                row
+                for scene in scenes
+                for sensor in sensors
+                for row in rows_of_scene(scene, sensor, arguments.looks, arguments.calibrate, prints=prints)
+            ]
+            if arguments.calibrate:
+                print_calibration_of_prints(seen)
+            else:
+                report(seen)
+            return
         pairs = [
             pair for scene in scenes for sensor in sensors for pair in rows_by_prints(scene, sensor, prints)
         ]

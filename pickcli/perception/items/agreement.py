@@ -7,7 +7,7 @@ is, and how far both poses are apart: ``python -m bench.perceived --seeds 24-39 
 --calibrate``.
 
 Of more than three looks the best pair is no proof: the more pairs there are, the more of them agree by
-chance. So then looks vote.
+chance. So then looks vote. But no two looks recognise a print in the same wrong place by chance.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ NEAR = 0.004  # m of the surface, up to which a look speaks for a pose
 _DOUBT = 0.5  # confidence of a look in another pose, from which on it speaks against one
 # Of poses by six looks into bins in which something had been refused (three sensors, scenes 70108 to 70118)
 # the 205 that four or more speak for were all right; of 64 that two or three speak for 4 were wrong.
-SURE_BY_VOTES = 0.995
+SURE_BY_VOTES = SURE_BY_PRINT = 0.995
 DOUBTFUL_BY_VOTES = 0.95
 
 
@@ -76,10 +76,13 @@ def agreed_confidence(support: Support, no_return: float, n_listed: int, agreeme
         In (0, 1).
     """
     features = agreement_features(support, no_return, n_listed, agreement)
-    return float(1.0 / (1.0 + np.exp(-features @ _WEIGHTS)))
+    confidence = float(1.0 / (1.0 + np.exp(-features @ _WEIGHTS)))
+    return max(confidence, SURE_BY_PRINT) if agreement.is_by_print else confidence
 
 
-def agreement_with(item: Item, T: Array, T_other: Array, confidence: float) -> Agreement:
+def agreement_with(
+    item: Item, T: Array, T_other: Array, confidence: float, have_print: bool = False
+) -> Agreement:
     """Compare the poses that two looks found.
 
     Args:
@@ -87,11 +90,14 @@ def agreement_with(item: Item, T: Array, T_other: Array, confidence: float) -> A
         T: (4, 4) its pose by one look.
         T_other: (4, 4) that by the other one.
         confidence: Of the other look, by itself.
+        have_print: Whether both found it by its print.
 
     Returns:
         How the other look agrees.
     """
-    return Agreement(confidence, error_of(item.shape, T, T_other))
+    off = error_of(item.shape, T, T_other)
+    assert off.displacement is not None
+    return Agreement(confidence, off, have_print and off.displacement < NEAR)
 
 
 @dataclass(frozen=True)

@@ -58,10 +58,12 @@ class Agreement:
     Attributes:
         confidence: That of the other look in its own pose.
         off: By how much the poses differ, symmetries aside.
+        is_by_print: Whether both looks recognised the print there.
     """
 
     confidence: float
     off: PoseNoise
+    is_by_print: bool = False
 
 
 @dataclass(frozen=True, eq=False)

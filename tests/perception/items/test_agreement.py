@@ -14,13 +14,14 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse, pose
 from pickcli.perception.items.agreement import (
     DOUBTFUL_BY_VOTES,
+    SURE_BY_PRINT,
     SURE_BY_VOTES,
     Votes,
     agreed_confidence,
     matched,
     votes_on,
 )
-from pickcli.perception.items.item_observation import Agreement
+from pickcli.perception.items.item_observation import Agreement, FoundBy
 from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.item_search import PoseEstimate
 from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, agreed_bound_of
@@ -215,6 +216,45 @@ def test_what_two_of_four_looks_agree_on_gets_no_bound(
     for k, answer in enumerate(doubtful):
         if k != i:  # four looks are for these
             assert answer.bound is not None and answer.confidence >= SURE_BY_VOTES
+
+
+def by_print(look: PlaceLook, i: int) -> PlaceLook:
+    """The look as if it had found one of its poses by a print."""
+    return replace(look, found={**look.found, i: replace(look.found[i], found_by=FoundBy.PRINT)})
+
+
+def test_what_two_looks_recognise_by_its_print_no_votes_make_unsure(
+    looks: tuple[PlaceLook, PlaceLook],
+) -> None:
+    """Nor does it take more than two looks, or any that are sure by shape; but both have to find it there."""
+    one, other = looks
+    for i in one.found.keys() & other.found.keys():
+        against = [
+            from_aside(elsewhere(look, i, y), by) for look, y, by in ((one, 0.04, 0.5), (other, 0.08, 0.6))
+        ]
+        printed = [by_print(look, i) for look in looks]
+        answer = concluded([*against, *printed]).items[i]
+        assert answer.agreement is not None and answer.agreement.is_by_print
+        assert answer.found_by is FoundBy.PRINT and answer.confidence >= SURE_BY_PRINT
+        assert SURE_BY_PRINT >= LEAST_CONFIDENCE_OF_BOUND
+        for few in ([printed[0], other], [printed[0], elsewhere(printed[1], i)]):
+            agreement = concluded(few).items[i].agreement
+            assert agreement is not None and not agreement.is_by_print
+
+
+def test_bounds_of_what_two_looks_recognise_by_its_print_are_closer(
+    looks: tuple[PlaceLook, PlaceLook],
+) -> None:
+    """Where little is seen of an item its pose by shape may be another that looks alike; its print tells."""
+    support, item = next(iter(looks[0].found.values())).support, looks[0].listed[0].item
+    little, sensor = replace(support, surface_spread=4.0 * support.surface_spread), looks[0].rgbd.sensor
+    by_shape, by_its_print = (
+        agreed_bound_of(item, little, sensor, 0.996, Agreement(0.99, apart(1.5), is_by_print))
+        for is_by_print in (False, True)
+    )
+    assert by_shape is not None and by_its_print is not None
+    for one, other in ((by_its_print.position, by_shape.position), (by_its_print.angle, by_shape.angle)):
+        assert one < other
 
 
 def from_aside(look: PlaceLook, by: float) -> PlaceLook:
