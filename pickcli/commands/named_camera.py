@@ -48,30 +48,22 @@ def optional_camera_options(function: F) -> F:
     return camera(_at_option(function, None))
 
 
-def sift_option(function: F) -> F:
-    """Give a command the option --sift VIEWS, which is passed to it as a ``SiftViews``, or None.
+def sift_option(default: str, where: str = "") -> Callable[[F], F]:
+    """Make the option --sift VIEWS, which is passed to a command as a ``SiftViews``, or None.
 
     Args:
-        function: The command.
+        default: One of its values.
+        where: To what the default applies, for the help.
 
     Returns:
-        The command with the option.
+        Decorator that adds it to a command.
     """
     return click.option(
-        "--sift", type=click.Choice(_SIFT), default=NO_SIFT, show_default=True,
-        callback=_installed_sift,
+        "--sift", type=click.Choice(_SIFT), default=default, show_default=f"{default}{where}",
+        callback=lambda ctx, param, value: None if value == NO_SIFT else SiftViews(value),
         help="Look for what is printed on items, too, which tells sides apart: by the features of all "
              "views of a model as one set, or of each view by itself.",
-    )(function)  # fmt: skip
-
-
-def _installed_sift(ctx: click.Context, param: click.Parameter, value: str) -> SiftViews | None:
-    """The views that are compared, if what compares them is installed."""
-    if value == NO_SIFT:
-        return None
-    import pickcli.perception.textures.opencv  # noqa: F401  # or it says how to install it
-
-    return SiftViews(value)
+    )  # fmt: skip
 
 
 def deformed_option(what: str) -> Callable[[F], F]:

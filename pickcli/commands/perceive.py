@@ -31,6 +31,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.perceived_lines import perceived_lines
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
+from pickcli.perception.textures.sift_views import NO_SIFT
 
 if TYPE_CHECKING:
     from pickcli.cell.place import Place
@@ -64,7 +65,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True,
               metavar="N", help="Which set of prints the items have; models know set 0, but with --sift this "
                                 "one.")  # fmt: skip
-@sift_option
+@sift_option(NO_SIFT)
 @deformed_option("and bounds of their poses allow for it")
 @arm_option("the preferred one of those that have the configuration")
 @standing_option

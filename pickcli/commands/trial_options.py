@@ -25,12 +25,12 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.errors import InputError
+from pickcli.perception.textures.sift_views import SiftViews
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
     from pickcli.cell.workcell import Workcell
-    from pickcli.perception.textures.sift_views import SiftViews
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.roadmap.query_experience import ExperienceRecorder
     from pickcli.scene.scene import PoseNoise
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from pickcli.trial.order import Order
     from pickcli.trial.played_trial import TrialConditions
     from pickcli.trial.simulated_cell import TrialArm
+    from pickcli.trial.trial_perception import PerceptionKind
 
 F = TypeVar("F", bound=Callable[..., Any])
 MAX_NOISE = (50.0, 45.0)  # mm, degrees: larger errors make poses meaningless
@@ -194,7 +195,9 @@ class TrialOptions:
             The conditions.
 
         Raises:
-            InputError: There is no such strategy, or its file is invalid.
+            InputError: There is no such strategy, or its file is invalid; or prints are looked for, and the
+                library for it is not installed.
+            UsageError: An option was stated that does not apply to this perception.
         """
         from pickcli.scene.scene import PoseNoise
         from pickcli.strategy.strategy_file import load_strategy
@@ -211,9 +214,23 @@ class TrialOptions:
                     "--pose-noise: there are no errors with --perception truth; leave it out"
                 )
             noise = PoseNoise()
-        if self.sift is not None and kind is not PerceptionKind.CAMERA:
-            raise click.UsageError("--sift: prints are looked for by cameras; add --perception camera")
-        return TrialConditions(noise, reality, self.pod_shift, rule, strategy, kind, self.sift)
+        return TrialConditions(noise, reality, self.pod_shift, rule, strategy, kind, self._sift_of(kind))
+
+    def _sift_of(self, kind: PerceptionKind) -> SiftViews | None:
+        """How prints are looked for; what does that is missed before any work."""
+        from pickcli.trial.trial_perception import PerceptionKind
+
+        if kind is not PerceptionKind.CAMERA:
+            source = click.get_current_context().get_parameter_source("sift")
+            if self.sift is not None and source is ParameterSource.COMMANDLINE:
+                raise click.UsageError("--sift: prints are looked for by cameras; add --perception camera")
+            return None
+        if self.sift is not None:
+            try:
+                import pickcli.perception.textures.opencv  # noqa: F401
+            except InputError as error:
+                raise InputError(f"{error}; or leave prints out with --sift none") from None
+        return self.sift
 
 
 def refuse_stow_rule(orders: Iterable[Order]) -> None:
@@ -246,7 +263,8 @@ def trial_options(function: F) -> F:
     for option in (  # the last is the first in the help
         jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
         cell_option, reality_option, pod_shift_option("random, unless --reality says otherwise"),
-        stow_rule_option, strategy_option, pose_noise_option, sift_option, perception_option,
+        stow_rule_option, strategy_option, pose_noise_option, sift_option(SiftViews.ALL.value, " by camera"),
+        perception_option,
     ):  # fmt: skip
         function = option(function)
     return function
