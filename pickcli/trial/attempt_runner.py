@@ -301,6 +301,7 @@ class AttemptRunner:
             attempt = replace(attempt, plan=plan, seen=self._seen_by(plan.arm or self.arm, scene))
         except NoPlanError as error:
             outcome = Outcome.REJECTED if certifier.rejected else Outcome.NO_PLAN
+            self._touched = self._touched.doubting(attempt.out_of)
             attempt = replace(
                 attempt, outcome=outcome, reason=error.summary(), in_the_way=error.in_the_way,
                 reasons=error.reasons, has_way_out=not isinstance(error, NoExtractionError),

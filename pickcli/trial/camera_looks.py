@@ -86,10 +86,14 @@ class _Seen:
     drawn: NDArray[np.uint8]
 
     @property
+    def has_refused(self) -> bool:
+        """Whether something listed is not recognised surely enough."""
+        return not all(_is_believed(answer) for answer in self.observed.items)
+
+    @property
     def may_show_more(self) -> bool:
-        """Whether something is refused that another picture may show."""
-        is_refused = not all(_is_believed(answer) for answer in self.observed.items)
-        return is_refused and len(self.pictures) < MOST_PICTURES
+        """Whether another picture may show what these do not."""
+        return len(self.pictures) < MOST_PICTURES
 
 
 class CameraLooks:
@@ -126,6 +130,7 @@ class CameraLooks:
         self._further: dict[str, tuple[Viewpoint, ...]] = {}
         self._seen: dict[str, _Seen] = {}
         self._taken: dict[str, frozenset[str]] = {}  # by place that was touched since, ids that may be gone
+        self._in_doubt: frozenset[str] = frozenset()  # places out of which no plan led since they were seen
         self._next_views: dict[str, tuple[Viewpoint, ...]] = {}
         # All that no camera is brought to, as seen in the last look, and all that is believed since.
         self._around_places = self._believed = empty_scene(cell)
@@ -217,11 +222,14 @@ class CameraLooks:
             self._may_be_in[placed.id] = frozenset({placed.location})
         for name in touched.places & self._viewpoints.keys():
             self._taken[name] = self._taken.get(name, frozenset()) | touched.moved.keys()
+        self._in_doubt |= touched.in_doubt & self._viewpoints.keys()
         self._around_places = replace(around, items=outside)
         return self._believe()
 
     def viewpoints(self) -> tuple[Viewpoint, ...]:
-        """Return from where to look into the places that were touched, else those with something refused.
+        """Return from where to look into the places that were touched, else those that may hide something.
+
+        These are places in which something is refused, and those out of which no plan led for an item.
 
         Returns:
             The viewpoints, each once; none if there is nothing more to see.
@@ -253,6 +261,7 @@ class CameraLooks:
         for name, taken in pictures.items():
             before = None if name in self._taken else self._seen.get(name)
             self._taken.pop(name, None)
+            self._in_doubt -= {name}
             seen = self._perceived(name, taken, around, before)
             self._seen[name] = replace(seen, observed=with_names_of_copies(seen.observed, true))
         for name in self._settle(views):  # again, without what was found elsewhere
@@ -263,9 +272,13 @@ class CameraLooks:
         return self._believe()
 
     def _due(self) -> list[str]:
-        """The places to look into: those never seen or touched since, else where something is refused."""
+        """The places to look into: those never seen or touched since, else where something may be hidden."""
         due = [name for name in self._viewpoints if name in self._taken or name not in self._seen]
-        return due or [name for name in self._viewpoints if self._seen[name].may_show_more]
+        return due or [name for name in self._viewpoints if self._may_hide(name, self._seen[name])]
+
+    def _may_hide(self, name: str, seen: _Seen) -> bool:
+        """Whether what pictures of a place do not show may matter, and others may show it."""
+        return seen.may_show_more and (seen.has_refused or name in self._in_doubt)
 
     def _views_of(self, name: str) -> tuple[Viewpoint, ...]:
         """From where to look into a place: where it was not seen as it is, else where most of the rest is."""

@@ -222,6 +222,24 @@ def test_what_six_pictures_do_not_show_is_not_looked_for_again(true_scene: Scene
     assert n_pictures(perception, gone, 4, Touched(frozenset({"bin_C"}))) == 3
 
 
+def test_where_no_plan_led_out_more_is_to_be_seen(true_scene: Scene) -> None:
+    perception = looks(true_scene)
+    before = look(perception, true_scene, 1)
+    settled = {seen.place for seen in perception.looks[0].items} - {
+        seen.place for seen in perception.looks[0].items if not seen.is_believed
+    }
+    place = min(settled)
+    n_others = n_pictures(perception, true_scene, 2)
+    assert n_pictures(perception, true_scene, 3, Touched().doubting(place)) == n_others + 3
+    after = perception.look_from(true_scene, 3, ReachedViews(perception.viewpoints()))
+    sizes = [
+        sum(np.prod(space.boxes[:, 1] - space.boxes[:, 0], axis=1).sum() for space in scene.unknown)
+        for scene in (before, after)
+    ]
+    assert sizes[1] < sizes[0]
+    assert n_pictures(perception, true_scene, 4, Touched().doubting(place)) == 0  # six show all there is
+
+
 def test_without_the_pod_in_its_pictures_a_place_is_off_with_the_camera(
     true_scene: Scene, first: tuple[CameraLooks, Scene], monkeypatch: pytest.MonkeyPatch
 ) -> None:
