@@ -7,7 +7,7 @@ is, and how far both poses are apart: ``python -m bench.perceived --seeds 24-39 
 --calibrate``.
 
 Of more than three looks the best pair is no proof: the more pairs there are, the more of them agree by
-chance. So then looks vote. But no two looks recognise a print in the same wrong place by chance.
+chance. So then looks vote. But no look recognises a print by chance where another finds the item, too.
 """
 
 from __future__ import annotations
@@ -80,9 +80,7 @@ def agreed_confidence(support: Support, no_return: float, n_listed: int, agreeme
     return max(confidence, SURE_BY_PRINT) if agreement.is_by_print else confidence
 
 
-def agreement_with(
-    item: Item, T: Array, T_other: Array, confidence: float, have_print: bool = False
-) -> Agreement:
+def agreement_with(item: Item, T: Array, T_other: Array, confidence: float, n_prints: int = 0) -> Agreement:
     """Compare the poses that two looks found.
 
     Args:
@@ -90,14 +88,14 @@ def agreement_with(
         T: (4, 4) its pose by one look.
         T_other: (4, 4) that by the other one.
         confidence: Of the other look, by itself.
-        have_print: Whether both found it by its print.
+        n_prints: How many of both found it by its print.
 
     Returns:
         How the other look agrees.
     """
     off = error_of(item.shape, T, T_other)
     assert off.displacement is not None
-    return Agreement(confidence, off, have_print and off.displacement < NEAR)
+    return Agreement(confidence, off, n_prints if off.displacement < NEAR else 0)
 
 
 @dataclass(frozen=True)

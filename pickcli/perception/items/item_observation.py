@@ -58,12 +58,17 @@ class Agreement:
     Attributes:
         confidence: That of the other look in its own pose.
         off: By how much the poses differ, symmetries aside.
-        is_by_print: Whether both looks recognised the print there.
+        n_prints: How many of both looks recognised the print there.
     """
 
     confidence: float
     off: PoseNoise
-    is_by_print: bool = False
+    n_prints: int = 0
+
+    @property
+    def is_by_print(self) -> bool:
+        """Whether both looks recognised the print."""
+        return self.n_prints == 2
 
 
 @dataclass(frozen=True, eq=False)

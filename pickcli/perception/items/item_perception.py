@@ -310,7 +310,7 @@ def _voted_answer(
     """One of the answers by the votes of looks from several places."""
     answer, any_look = answers[i], places[0][0]
     T, support, agreement = answer.T_world_item, answer.support, answer.agreement
-    if T is None or support is None or agreement is None or agreement.is_by_print:
+    if T is None or support is None or agreement is None:
         return answer
     copies = [k for k, each in enumerate(answers) if each.item == answer.item]
     elsewhere = [T_copy for k in copies if k != i and (T_copy := answers[k].T_world_item) is not None]
@@ -319,6 +319,8 @@ def _voted_answer(
         for place in places
     ]
     confidence = votes_on(answer.item, T, found, elsewhere).weighed(answer.confidence)
+    if agreement.n_prints:  # what others do not find there is hidden from them
+        confidence = max(confidence, answer.confidence)
     if confidence == answer.confidence:
         return answer
     deformation = any_look.listed[i].deformation
@@ -338,16 +340,16 @@ def _agreed_answer(looks: _Pair, at: tuple[int, int], each: ListedItem) -> ItemO
     """The answer for an item by two looks, as the surer of them has it; at: its indices in both."""
     (one, i), (other, k) = sorted(zip(looks, at, strict=True), key=lambda seen: -seen[0].confidence(seen[1]))
     T = one.poses[i]
-    found_by = {one.found[i].found_by, other.found[k].found_by}
-    have_print = found_by == {FoundBy.PRINT}
-    agreement = agreement_with(each.item, T, other.poses[k], other.confidence(k), have_print)
+    found_by = one.found[i].found_by, other.found[k].found_by
+    n_prints = found_by.count(FoundBy.PRINT)
+    agreement = agreement_with(each.item, T, other.poses[k], other.confidence(k), n_prints)
     support = one.found[i].support
     confidence = agreed_confidence(support, one.lost(i), len(one.listed), agreement)
     bound = agreed_bound_of(each.item, support, one.rgbd.sensor, confidence, agreement, each.deformation)
     refusal = _refusal(one, T, confidence)
-    if one.found[i].found_by is FoundBy.SHAPE and FoundBy.PRINT in found_by:
+    if found_by == (FoundBy.SHAPE, FoundBy.PRINT):
         T = faced_as(each.item.shape, T, other.poses[k])
-    how = FoundBy.PRINT if FoundBy.PRINT in found_by else FoundBy.SHAPE
+    how = FoundBy.PRINT if n_prints else FoundBy.SHAPE
     return ItemObservation(each.id, each.item, T, confidence, refusal, bound, support, agreement, how)
 
 

@@ -226,7 +226,10 @@ def by_print(look: PlaceLook, i: int) -> PlaceLook:
 def test_what_two_looks_recognise_by_its_print_no_votes_make_unsure(
     looks: tuple[PlaceLook, PlaceLook],
 ) -> None:
-    """Nor does it take more than two looks, or any that are sure by shape; but both have to find it there."""
+    """Nor does it take more than two looks, or any that are sure by shape; but both have to find it there.
+
+    If one recognised it, and the other has it there, it is as sure as these two make it.
+    """
     one, other = looks
     for i in one.found.keys() & other.found.keys():
         against = [
@@ -237,9 +240,11 @@ def test_what_two_looks_recognise_by_its_print_no_votes_make_unsure(
         assert answer.agreement is not None and answer.agreement.is_by_print
         assert answer.found_by is FoundBy.PRINT and answer.confidence >= SURE_BY_PRINT
         assert SURE_BY_PRINT >= LEAST_CONFIDENCE_OF_BOUND
-        for few in ([printed[0], other], [printed[0], elsewhere(printed[1], i)]):
+        for few, n_prints in (([printed[0], other], 1), ([printed[0], elsewhere(printed[1], i)], 0)):
             agreement = concluded(few).items[i].agreement
-            assert agreement is not None and not agreement.is_by_print
+            assert agreement is not None and agreement.n_prints == n_prints
+        by_one, alone = concluded([*against, printed[0], other]), concluded([printed[0], other])
+        assert by_one.items[i].confidence == alone.items[i].confidence
 
 
 def test_bounds_of_what_two_looks_recognise_by_its_print_are_closer(
@@ -249,8 +254,8 @@ def test_bounds_of_what_two_looks_recognise_by_its_print_are_closer(
     support, item = next(iter(looks[0].found.values())).support, looks[0].listed[0].item
     little, sensor = replace(support, surface_spread=4.0 * support.surface_spread), looks[0].rgbd.sensor
     by_shape, by_its_print = (
-        agreed_bound_of(item, little, sensor, 0.996, Agreement(0.99, apart(1.5), is_by_print))
-        for is_by_print in (False, True)
+        agreed_bound_of(item, little, sensor, 0.996, Agreement(0.99, apart(1.5), n_prints))
+        for n_prints in (0, 2)
     )
     assert by_shape is not None and by_its_print is not None
     for one, other in ((by_its_print.position, by_shape.position), (by_its_print.angle, by_shape.angle)):
