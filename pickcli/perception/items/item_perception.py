@@ -319,7 +319,7 @@ def _voted_answer(
         for place in places
     ]
     confidence = votes_on(answer.item, T, found, elsewhere).weighed(answer.confidence)
-    if agreement.n_prints:  # what others do not find there is hidden from them
+    if agreement.n_prints and agreement.is_near:  # what others do not find there is hidden from them
         confidence = max(confidence, answer.confidence)
     if confidence == answer.confidence:
         return answer

@@ -13,7 +13,7 @@ from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse, pose
 from pickcli.perception.items.agreement import (
-    DOUBTFUL_BY_VOTES,
+    DOUBTFUL,
     SURE_BY_PRINT,
     SURE_BY_VOTES,
     Votes,
@@ -180,8 +180,8 @@ def test_of_many_looks_most_decide() -> None:
     assert Votes(6, 4, 2).weighed(0.7) == SURE_BY_VOTES >= LEAST_CONFIDENCE_OF_BOUND
     assert Votes(6, 5, 0).weighed(0.9999) == 0.9999
     assert Votes(6, 3, 0).weighed(0.997) == 0.997
-    assert Votes(6, 3, 1).weighed(0.997) == DOUBTFUL_BY_VOTES < LEAST_CONFIDENCE_OF_BOUND
-    assert Votes(6, 2, 0).weighed(0.999) == DOUBTFUL_BY_VOTES
+    assert Votes(6, 3, 1).weighed(0.997) == DOUBTFUL < LEAST_CONFIDENCE_OF_BOUND
+    assert Votes(6, 2, 0).weighed(0.999) == DOUBTFUL
     assert Votes(6, 2, 0).weighed(0.4) == 0.4
 
 
@@ -212,7 +212,7 @@ def test_what_two_of_four_looks_agree_on_gets_no_bound(
         from_aside(elsewhere(look, i, y), by) for look, y, by in ((one, 0.04, 0.5), (other, 0.08, 0.6))
     ]
     doubtful = concluded((*against, one, other)).items
-    assert doubtful[i].bound is None and doubtful[i].confidence <= DOUBTFUL_BY_VOTES
+    assert doubtful[i].bound is None and doubtful[i].confidence <= DOUBTFUL
     for k, answer in enumerate(doubtful):
         if k != i:  # four looks are for these
             assert answer.bound is not None and answer.confidence >= SURE_BY_VOTES
@@ -240,9 +240,8 @@ def test_what_two_looks_recognise_by_its_print_no_votes_make_unsure(
         assert answer.agreement is not None and answer.agreement.is_by_print
         assert answer.found_by is FoundBy.PRINT and answer.confidence >= SURE_BY_PRINT
         assert SURE_BY_PRINT >= LEAST_CONFIDENCE_OF_BOUND
-        for few, n_prints in (([printed[0], other], 1), ([printed[0], elsewhere(printed[1], i)], 0)):
-            agreement = concluded(few).items[i].agreement
-            assert agreement is not None and agreement.n_prints == n_prints
+        elsewhere_too = concluded([printed[0], elsewhere(other, i, 0.005)]).items[i]
+        assert elsewhere_too.confidence <= DOUBTFUL and elsewhere_too.bound is None
         by_one, alone = concluded([*against, printed[0], other]), concluded([printed[0], other])
         assert by_one.items[i].confidence == alone.items[i].confidence
 
