@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.sensors.material import Material
 from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse, pose
@@ -259,6 +260,19 @@ def test_bounds_of_what_two_looks_recognise_by_its_print_are_closer(
     assert by_shape is not None and by_its_print is not None
     for one, other in ((by_its_print.position, by_shape.position), (by_its_print.angle, by_shape.angle)):
         assert one < other
+
+
+def test_bounds_by_print_are_wide_where_hardly_any_depth_comes_back(
+    looks: tuple[PlaceLook, PlaceLook],
+) -> None:
+    support, item = next(iter(looks[0].found.values())).support, looks[0].listed[0].item
+    agreement = Agreement(0.99, apart(0.2), 2)
+    matte, clear = (
+        agreed_bound_of(replace(item, material=each), support, looks[0].rgbd.sensor, 0.996, agreement)
+        for each in (Material.MATTE, Material.CLEAR)
+    )
+    assert matte is not None and clear is not None
+    assert clear.angle > 1.5 * matte.angle and clear.position > 1.5 * matte.position
 
 
 def from_aside(look: PlaceLook, by: float) -> PlaceLook:
