@@ -4,7 +4,7 @@
     python -m bench.perceived --seeds 10-18 --calibrate
     python -m bench.perceived --seeds 24-39 --sensors ensenso --looks 3 --calibrate
     python -m bench.perceived --seeds 1000 --sensors ensenso --lists
-    python -m bench.perceived --seeds 1000-1003 --sensors ensenso --sift all-views
+    python -m bench.perceived --seeds 1000-1003 --sensors ensenso --sift all-views [--looks 3 [--calibrate]]
 
 Each seed is an order drawn by the rules of 2016 (46 items in 12 bins), stowed by the package's scene maker,
 and printed by a set of prints that no model knows. The camera on the gripper looks once into each bin, as
@@ -18,7 +18,9 @@ and answers are what two of the looks agree on; ``--calibrate`` is then for what
 ``--sift`` looks for the prints of items, too, and tells what that brings, on the same pictures: of printed
 items that are well seen how many are within 2 mm and 10 degrees with no symmetry set aside, so with the right
 face. Models know the set of prints, but as new and in even light; in the pictures labels are damaged, lamp
-and amounts of light are drawn, as are exposure and white balance, and there are blur and noise.
+and amounts of light are drawn, as are exposure and white balance, and there are blur and noise. With
+``--looks 3`` the figures are those of answers by several looks, with the set of prints of trials, and
+``--calibrate`` is for bounds of poses at which two looks recognised the print.
 """
 
 from __future__ import annotations
@@ -34,7 +36,6 @@ from time import thread_time
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 from scipy.optimize import linprog, minimize
 
 from pickcli.cell.cell import Cell
@@ -60,16 +61,17 @@ from pickcli.perception.items.print_search import PrintSearch
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
-from pickcli.perception.looks import HALL, LightingModel, colour_picture
-from pickcli.perception.procedural_texture import ColourPicture
+from pickcli.perception.looks import colour_picture
+from pickcli.perception.photograph import photograph
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
-from pickcli.perception.textures.print_matching import SiftViews
 from pickcli.perception.textures.print_model import print_model
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
 from pickcli.random_scenes.leaning_items import leaning_items
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
+from pickcli.trial.camera_looks import PRINTS_OF_TRIALS
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 
@@ -86,7 +88,7 @@ CLASSES, CLASSES_OF_PAIRS = (
 MIXING = {"kinect_v2"}  # sensors that mix depths at edges
 CONFIDENCE_FEATURE = 2  # index of the one that follows from the confidence
 WRONG_FACE_DEG = 30.0
-EXPOSURES, WHITE_BALANCE, BLUR, GREY_NOISE = (0.85, 1.15), 0.05, 0.5, 2.0  # px, and levels of 255
+KEPT_BY_PRINT = 0.999  # of poses at which two looks recognised the print
 QUANTILE, KEPT = 0.9, 0.995  # of the regression of bounds, and of poses with all errors within them
 
 
@@ -117,6 +119,7 @@ class Row:
     is_printed: bool = False
     found_by: str = "shape"
     turned_deg: float | None = None  # as deg, but no symmetry is set aside
+    is_by_print: bool = False  # in both of two looks that agree
 
     @property
     def is_near(self) -> bool:
@@ -199,34 +202,6 @@ def from_where(cell: Cell, n_looks: int) -> dict[Place, tuple[Viewpoint, ...]]:
     return {place: viewpoints_of(place, cell)[:n_looks] for place in cell.pod.bins.values()}
 
 
-def as_taken(colour: ColourPicture, seed: int) -> ColourPicture:
-    """A picture as a camera takes it: exposure and white balance off, blurred, with noise."""
-    rng = derived_rng("taken", seed)
-    gains = rng.uniform(*EXPOSURES) * rng.uniform(1.0 - WHITE_BALANCE, 1.0 + WHITE_BALANCE, 3)
-    blurred = gaussian_filter(colour * gains, (BLUR, BLUR, 0.0))
-    noisy = blurred + rng.normal(0.0, GREY_NOISE, colour.shape)
-    return np.asarray(np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
-
-
-def drawn_light(seed: int) -> LightingModel:
-    """Light in a hall that no model knows."""
-    rng = derived_rng("light", seed)
-    x, y, z = HALL.lamp_position
-    at = (
-        x + float(rng.uniform(-0.8, 0.8)),
-        y + float(rng.uniform(-2.5, 2.5)),
-        z + float(rng.uniform(-0.8, 0.4)),
-    )
-    amounts = rng.uniform(0.75, 1.25, 3) * (HALL.ambient, HALL.headlight, HALL.lamp)
-    return replace(
-        HALL,
-        ambient=float(amounts[0]),
-        headlight=float(amounts[1]),
-        lamp=float(amounts[2]),
-        lamp_position=at,
-    )
-
-
 def seen_bins(
     scene: Scene, sensor: SensorModel, n_looks: int = 1, is_deformed: bool = False,
     print_set: int | None = None,
@@ -247,9 +222,8 @@ def seen_bins(
             if print_set is None:
                 colour = colour_picture(rendered, sensor.camera, T, TEXTURES + scene.seed)
             else:
-                light = drawn_light(scene.seed)
-                new = colour_picture(rendered, sensor.camera, T, print_set, light, scene.seed)
-                colour = as_taken(new, derived_seed("taken", scene.seed, place.name, k))
+                taken = derived_seed("taken", scene.seed, place.name, k)
+                colour = photograph(rendered, sensor.camera, T, print_set, scene.seed, taken)
             known = RenderedScene.of(empty, at.q, at.tool_state)
             pictures.append((RgbdPicture(sensor, T, depth, colour), known))
         at = viewpoints[0].at
@@ -258,16 +232,18 @@ def seen_bins(
 
 
 def rows_of_scene(
-    scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False, is_deformed: bool = False
-) -> Iterator[Row]:
+    scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False, is_deformed: bool = False,
+    prints: PrintSearch | None = None,
+) -> Iterator[Row]:  # fmt: skip
     """All items of all bins, each seen from so many places; or what each two of these looks say of them."""
-    for seen in seen_bins(scene, sensor, n_looks, is_deformed):
+    print_set = None if prints is None else prints.texture_seed
+    for seen in seen_bins(scene, sensor, n_looks, is_deformed, print_set):
         listed = [ListedItem.of(each.id, each.item, is_deformed) for each in seen.items]
         for one in listed:
             product_model(one.seen_as)
         start = thread_time()
         leaning = leaning_items(scene)
-        looks = seen.looks(listed)
+        looks = seen.looks(listed, prints)
         observed = [concluded(each) for each in (combinations(looks, 2) if in_pairs else [looks])]
         ms = 1e3 * (thread_time() - start) / max(len(seen.items), 1)
         visible = [visible_share(seen.rendered, seen.rgbd, placed.id) for placed in seen.items]
@@ -384,6 +360,7 @@ def _row(
         sensor.name, seed, name, answer.id, len(items), visible, answer.is_answer, answer.confidence,
         *_in_mm_and_degrees(error), ms, features, of_bound, *_in_mm_and_degrees(answer.bound), is_kept,
         is_printed=answer.item.is_printed, found_by=answer.found_by.value, turned_deg=turned,
+        is_by_print=answer.agreement is not None and answer.agreement.is_by_print,
     )  # fmt: skip
 
 
@@ -459,7 +436,11 @@ def quantile_weights(features: Array, wanted: Array) -> Array:
 
 
 def calibrated_bounds(
-    features: Array, errors: Array, scenes: Sequence[int], between: Sequence[float] = CLASSES
+    features: Array,
+    errors: Array,
+    scenes: Sequence[int],
+    between: Sequence[float] = CLASSES,
+    kept: float = KEPT,
 ) -> BoundModel:
     """Bounds of errors (N, 3) by features (N, F), with factors that keep nearly all of each class.
 
@@ -476,7 +457,7 @@ def calibrated_bounds(
     return BoundModel(
         np.array([quantile_weights(features, error) for error in wanted.T]),
         classes,
-        np.array([np.quantile(excess[own == k], KEPT, method="higher") for k in range(len(classes) + 1)]),
+        np.array([np.quantile(excess[own == k], kept, method="higher") for k in range(len(classes) + 1)]),
     )
 
 
@@ -505,6 +486,18 @@ def print_calibration(rows: Sequence[Row], between: Sequence[float]) -> None:
         model = calibrated_bounds(features, errors, [r.seed for r, _ in own], between)
         for part, values in asdict(model).items():
             print(name, part, np.array2string(values, precision=3, separator=", "))
+
+
+def print_calibration_of_prints(rows: Sequence[Row]) -> None:
+    """Print how often poses by the print in two looks are right, and the weights of their bounds."""
+    found = [r for r in rows if r.is_by_print]
+    near = [r for r in found if r.is_near]
+    print(f"by print in two looks {len(found)}, of which near {len(near)}")
+    errors = np.array([[r.mm, r.deg, r.surface_mm] for r in near], dtype=np.float64)
+    features = np.array([r.bound_features for r in near])
+    model = calibrated_bounds(features, errors, [r.seed for r in near], CLASSES, KEPT_BY_PRINT)
+    for part, values in asdict(model).items():
+        print(part, np.array2string(values, precision=3, separator=", "))
 
 
 def with_confidence(row: Row, confidence: float) -> Array:
@@ -575,8 +568,21 @@ def main() -> None:
         return
     if arguments.sift is not None:
         seeds = numbers_in(arguments.seeds)
-        prints = PrintSearch(SiftViews(arguments.sift), TEXTURES + seeds[0])
+        print_set = PRINTS_OF_TRIALS if arguments.looks > 1 else TEXTURES + seeds[0]
+        prints = PrintSearch(SiftViews(arguments.sift), print_set)
         scenes = [fresh_scene(cell, seed, arguments.leaning) for seed in seeds]
+        if arguments.looks > 1:
+            seen = [
+                row
+                for scene in scenes
+                for sensor in sensors
+                for row in rows_of_scene(scene, sensor, arguments.looks, arguments.calibrate, prints=prints)
+            ]
+            if arguments.calibrate:
+                print_calibration_of_prints(seen)
+            else:
+                report(seen)
+            return
         pairs = [
             pair for scene in scenes for sensor in sensors for pair in rows_by_prints(scene, sensor, prints)
         ]

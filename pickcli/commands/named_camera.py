@@ -9,6 +9,7 @@ import click
 
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP
 from pickcli.commands.option_types import PATH
+from pickcli.perception.textures.sift_views import NO_SIFT, SiftViews
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+_SIFT = [NO_SIFT, *(each.value for each in SiftViews)]
 _CAMERA_HELP = "A camera under sensors of the cell (apc inspect lists them)."
 
 
@@ -44,6 +46,24 @@ def optional_camera_options(function: F) -> F:
     """
     camera = click.option("--camera", "name", metavar="NAME", help=_CAMERA_HELP)
     return camera(_at_option(function, None))
+
+
+def sift_option(default: str, where: str = "") -> Callable[[F], F]:
+    """Make the option --sift VIEWS, which is passed to a command as a ``SiftViews``, or None.
+
+    Args:
+        default: One of its values.
+        where: To what the default applies, for the help.
+
+    Returns:
+        Decorator that adds it to a command.
+    """
+    return click.option(
+        "--sift", type=click.Choice(_SIFT), default=default, show_default=f"{default}{where}",
+        callback=lambda ctx, param, value: None if value == NO_SIFT else SiftViews(value),
+        help="Look for what is printed on items, too, which tells sides apart: by the features of all "
+             "views of a model as one set, or of each view by itself.",
+    )  # fmt: skip
 
 
 def deformed_option(what: str) -> Callable[[F], F]:

@@ -19,7 +19,7 @@ from pickcli.commands.camera_pictures import (
 )
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import camera_or_recording_options, deformed_option
+from pickcli.commands.named_camera import camera_or_recording_options, deformed_option, sift_option
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     json_option,
@@ -31,6 +31,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.perceived_lines import perceived_lines
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
+from pickcli.perception.textures.sift_views import NO_SIFT
 
 if TYPE_CHECKING:
     from pickcli.cell.place import Place
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from pickcli.perception.items.item_perception import ListedItem
     from pickcli.perception.items.print_search import PrintSearch
     from pickcli.perception.items.room_sight import RoomSight
+    from pickcli.perception.textures.sift_views import SiftViews
     from pickcli.scene.scene import Scene
 
 _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
@@ -63,10 +65,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True,
               metavar="N", help="Which set of prints the items have; models know set 0, but with --sift this "
                                 "one.")  # fmt: skip
-@click.option("--sift", type=click.Choice(["none", "all-views", "each-view"]), default="none",
-              show_default=True,
-              help="Look for what is printed on items, too, which tells sides apart: by the features of all "
-                   "views of a model as one set, or of each view by itself.")  # fmt: skip
+@sift_option(NO_SIFT)
 @deformed_option("and bounds of their poses allow for it")
 @arm_option("the preferred one of those that have the configuration")
 @standing_option
@@ -75,7 +74,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 def command(
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, order_path: Path | None,
     name: str | None, at: str | None, recorded: tuple[Path, ...], is_aslant: bool, bin_names: tuple[str, ...],
-    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int, sift: str,
+    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int, sift: SiftViews | None,
     is_deformed: bool, arm: str | None, standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Find the listed items of bins in pictures of a camera.
@@ -113,7 +112,7 @@ def command(
         refuse_same(output, picture_path)
     if not recorded and scene_path is None:
         raise click.UsageError("nothing to look at: name a scene with --scene, or pictures with --recorded")
-    prints = None if sift == "none" else _prints(sift, texture_seed)
+    prints = None if sift is None else _prints(sift, texture_seed)
     configurations = () if recorded else (at or "home",)
     arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
     scene = scene_or_empty(scene_path, cell_name, arms)
@@ -162,12 +161,11 @@ def command(
         click.echo(f"picture: {picture_path}")
 
 
-def _prints(sift: str, texture_seed: int) -> PrintSearch:
+def _prints(views: SiftViews, texture_seed: int) -> PrintSearch:
     """How prints are looked for."""
     from pickcli.perception.items.print_search import PrintSearch
-    from pickcli.perception.textures.print_matching import SiftViews
 
-    return PrintSearch(SiftViews(sift), texture_seed)
+    return PrintSearch(views, texture_seed)
 
 
 def _contents(scene: Scene, order_path: Path | None, may_deform: bool) -> _Contents:

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 RECORD = "trial.json"
 FEW = 8  # reasons that are printed
-OF_ORDERS = ("strategy_name", "stow_rule", "pod_shift", "arm", "live", "live_port", "with_plans", "learn")
+OF_ORDERS = (
+    "strategy_name", "stow_rule", "pod_shift", "arm", "live", "live_port", "with_plans", "learn", "sift",
+)  # fmt: skip
 
 
 def is_stream(path: Path) -> bool:

@@ -21,6 +21,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.errors import InputError
+from pickcli.perception.textures.sift_views import NO_SIFT
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -217,6 +218,7 @@ def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
         "cell": cell.name,
         "cell_fingerprint": cell.scene_fingerprint,
         "perception": str(job.conditions.perception),
+        "sift": str(job.conditions.sift or NO_SIFT),
         "pose_noise": {"position_mm": 1e3 * noise.position, "angle_deg": math.degrees(noise.angle)},
         "pod_shift": _shift(job.conditions),
         "strategy": job.conditions.strategy.name,

@@ -14,6 +14,7 @@ from click.core import ParameterSource
 from pickcli.commands.arm_options import arm_option
 from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.build_options import jobs_option
+from pickcli.commands.named_camera import sift_option
 from pickcli.commands.options import (
     approach_option,
     cell_option,
@@ -25,6 +26,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.errors import InputError
+from pickcli.perception.textures.sift_views import SiftViews
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from pickcli.trial.order import Order
     from pickcli.trial.played_trial import TrialConditions
     from pickcli.trial.simulated_cell import TrialArm
+    from pickcli.trial.trial_perception import PerceptionKind
 
 F = TypeVar("F", bound=Callable[..., Any])
 MAX_NOISE = (50.0, 45.0)  # mm, degrees: larger errors make poses meaningless
@@ -112,6 +115,7 @@ class TrialOptions:
 
     Attributes:
         perception: Source of the perceived scene: "truth", "noise" or "camera".
+        sift: How cameras look for the prints of items; None for shapes and colours only.
         pose_noise: Bounds of the error of item poses.
         strategy_name: Name or file of the strategy.
         stow_rule: Name of the rule by which bins are chosen.
@@ -127,6 +131,7 @@ class TrialOptions:
     """
 
     perception: str
+    sift: SiftViews | None
     pose_noise: PoseNoise
     strategy_name: str
     stow_rule: str
@@ -198,7 +203,9 @@ class TrialOptions:
             The conditions.
 
         Raises:
-            InputError: There is no such strategy, or its file is invalid.
+            InputError: There is no such strategy, or its file is invalid; or prints are looked for, and the
+                library for it is not installed.
+            UsageError: An option was stated that does not apply to this perception.
         """
         from pickcli.scene.scene import PoseNoise
         from pickcli.strategy.strategy_file import load_strategy
@@ -215,7 +222,23 @@ class TrialOptions:
                     "--pose-noise: there are no errors with --perception truth; leave it out"
                 )
             noise = PoseNoise()
-        return TrialConditions(noise, reality, self.pod_shift, rule, strategy, kind)
+        return TrialConditions(noise, reality, self.pod_shift, rule, strategy, kind, self._sift_of(kind))
+
+    def _sift_of(self, kind: PerceptionKind) -> SiftViews | None:
+        """How prints are looked for; what does that is missed before any work."""
+        from pickcli.trial.trial_perception import PerceptionKind
+
+        if kind is not PerceptionKind.CAMERA:
+            source = click.get_current_context().get_parameter_source("sift")
+            if self.sift is not None and source is ParameterSource.COMMANDLINE:
+                raise click.UsageError("--sift: prints are looked for by cameras; add --perception camera")
+            return None
+        if self.sift is not None:
+            try:
+                import pickcli.perception.textures.opencv  # noqa: F401
+            except InputError as error:
+                raise InputError(f"{error}; or leave prints out with --sift none") from None
+        return self.sift
 
 
 def refuse_stow_rule(orders: Iterable[Order]) -> None:
@@ -248,7 +271,8 @@ def trial_options(function: F) -> F:
     for option in (  # the last is the first in the help
         jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
         cell_option, reality_option, pod_shift_option("random, unless --reality says otherwise"),
-        approach_option, stow_rule_option, strategy_option, pose_noise_option, perception_option,
+        approach_option, stow_rule_option, strategy_option, pose_noise_option,
+        sift_option(SiftViews.ALL.value, " by camera"), perception_option,
     ):  # fmt: skip
         function = option(function)
     return function

@@ -1,4 +1,4 @@
-"""Caches results that are costly to derive from files in the user's cache, by a hash of the files' content.
+"""Caches results that are costly to derive in the user's cache, by what they were made from.
 
 The cache is optional: missing or damaged entries, and those that cannot be written, are derived again.
 """
@@ -8,15 +8,17 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import NDArray
 from platformdirs import user_cache_path
 
 from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes
+from pickcli.files.packed_array import deflated, inflated
 
 _log = logging.getLogger(__name__)
 
@@ -25,7 +27,7 @@ def content_key(*parts: bytes | str) -> str:
     """Compute a hash over all inputs of a derivation.
 
     Args:
-        parts: Contents of files, settings, and a version of the algorithm.
+        parts: Contents of files, settings, and a version of the algorithm; or names.
 
     Returns:
         Hexadecimal digits.
@@ -55,6 +57,33 @@ def derived(kind: str, key: str, derive: Callable[[], Any]) -> Any:
         values = derive()
         _keep(path, values)
     return values
+
+
+def derived_arrays(
+    kind: str, name: str, made_from: Mapping[str, Any], derive: Callable[[], Mapping[str, NDArray[Any]]]
+) -> dict[str, NDArray[Any]]:
+    """Return arrays from the cache, or derive and store them beside all that they were made from.
+
+    What was made from anything else is replaced, so that large results do not pile up.
+
+    Args:
+        kind: Kind of the arrays; the name of their folder.
+        name: Name of their file.
+        made_from: All inputs of the derivation, the version of the algorithm included: numbers, texts, lists
+            and mappings, as in JSON.
+        derive: Function that computes the arrays.
+
+    Returns:
+        The arrays by name, bit by bit as they were derived.
+    """
+    path = _path(kind, name)
+    values = _kept(path)
+    if values is None or values["made_from"] != made_from:
+        _log.info("deriving %s %s", kind, name)
+        arrays = {of: deflated(array) for of, array in derive().items()}
+        values = {"made_from": dict(made_from), "arrays": arrays}
+        _keep(path, values)
+    return {of: inflated(array) for of, array in values["arrays"].items()}
 
 
 def _path(kind: str, key: str) -> Path | None:

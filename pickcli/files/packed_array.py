@@ -1,15 +1,18 @@
-"""Compact arrays over time in JSON: rounded to a stated resolution and stored as differences."""
+"""Compact arrays in JSON: those over time rounded and stored as differences, others exactly."""
 
 from __future__ import annotations
 
 import base64
+import zlib
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 
+_LEVEL = 1  # of zlib: others take several times as long for a tenth less
 _TYPES = (("i1", np.int8), ("i2", np.int16), ("i4", np.int32))
 
 
@@ -56,3 +59,38 @@ def unpacked(values: Mapping[str, Any]) -> Array:
     steps = np.frombuffer(base64.b64decode(values["data"]), dtype=np.dtype(kind).newbyteorder("<"))
     rows = steps.reshape(values["shape"]).cumsum(axis=0, dtype=np.int64)
     return np.asarray(rows * float(values["unit"]))
+
+
+def deflated(values: NDArray[Any]) -> dict[str, Any]:
+    """Compress an array as JSON values, exactly.
+
+    Args:
+        values: Numbers of any shape.
+
+    Returns:
+        ``type`` of the elements (as numpy writes it), ``shape`` and ``data``: base64 of the elements in the
+        order of C, compressed by zlib.
+    """
+    data = zlib.compress(np.ascontiguousarray(values).tobytes(), _LEVEL)
+    return {
+        "type": values.dtype.str,
+        "shape": list(values.shape),
+        "data": base64.b64encode(data).decode(),
+    }
+
+
+def inflated(values: Mapping[str, Any]) -> NDArray[Any]:
+    """Restore an array from its JSON values.
+
+    Args:
+        values: As returned by ``deflated``.
+
+    Returns:
+        The array, of the stated type and shape.
+
+    Raises:
+        KeyError: One of the values is missing.
+        ValueError: The number of elements differs from what is stated.
+    """
+    data = zlib.decompress(base64.b64decode(values["data"]))
+    return np.frombuffer(data, dtype=np.dtype(values["type"])).reshape(values["shape"]).copy()

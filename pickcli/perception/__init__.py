@@ -3,7 +3,8 @@
 A `rendered_scene` holds the solids of a scene as cameras see them. A `surface_view` is what one camera sees
 of them, without noise, from its `camera_pose`; a `depth_picture` is what its sensor measures, with noise.
 A `recorded_picture` is what a real one took, by its `recorded_picture_schema`. Colour pictures follow from
-the `looks` of the solids, which for items include a `procedural_texture`. Cloth and bags may have a
+the `looks` of the solids, which for items include a `procedural_texture`; a `photograph` shows damaged labels
+in other light, as trials do. Cloth and bags may have a
 `deformed_look`, inside of their boxes.
 `viewpoints` are from where cameras look into a place, and the `next_view` is from where most is in sight of
 what is not known in it.

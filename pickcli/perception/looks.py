@@ -111,8 +111,7 @@ def looks_of(rendered: RenderedScene, texture_seed: int, damage_seed: int | None
             if damage_seed is None:
                 textures += _textures(coloured(item), texture_seed)
             else:
-                faces_as_new = face_textures(coloured(item), texture_seed)
-                textures += map(Texture, damaged_faces(faces_as_new, damage_seed, solid.owner))
+                textures += _damaged_textures(coloured(item), texture_seed, damage_seed, solid.owner)
         n = 3 if item.shape.kind is ShapeKind.CYLINDER else 6
         faces.append((*range(first[key], first[key] + n), *_NO_TEXTURES[n:]))
     return Looks(
@@ -127,6 +126,12 @@ def looks_of(rendered: RenderedScene, texture_seed: int, damage_seed: int | None
 def _textures(item: Item, seed: int) -> tuple[Texture, ...]:
     """The faces of an item in the kernel, with their smaller copies; cached."""
     return tuple(map(Texture, face_textures(item, seed)))
+
+
+@lru_cache(maxsize=256)
+def _damaged_textures(item: Item, seed: int, damage_seed: int, owner: str) -> tuple[Texture, ...]:
+    """The damaged faces of one copy of an item in the kernel; cached."""
+    return tuple(map(Texture, damaged_faces(face_textures(item, seed), damage_seed, owner)))
 
 
 def coloured(item: Item) -> Item:

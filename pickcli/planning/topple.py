@@ -40,8 +40,8 @@ from pickcli.statics.toppling import Topple, loaded_on, topples
 
 SLIPS = "it slips off below the tool"
 TOO_LOW = "it is too low for the cup, or begins too far behind where it is met"
-# m/s of a push that turns an item over, and of one that moves it off: what jams is knocked at by the rigid side of
-# the cup with a force in proportion to the speed.
+# m/s of a push that turns an item over, and of one that moves it off: the rigid side of the cup knocks at
+# what jams with a force in proportion to that.
 TOPPLE_SPEED, SLIDE_SPEED = 0.03, 0.02
 N_SEEDS = 12  # random seeds of inverse kinematics
 

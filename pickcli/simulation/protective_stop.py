@@ -29,7 +29,12 @@ class StopCause(StrEnum):
     @property
     def is_measured_empty(self) -> bool:
         """Whether a measured pressure or width shows that nothing is held, not a binary sensor."""
-        return self.has_lost_item or self in (StopCause.NOT_SEALED, StopCause.NOT_GRASPED)
+        return self.has_lost_item or self.has_left_item
+
+    @property
+    def has_left_item(self) -> bool:
+        """Whether a measured pressure or width shows that the item was not taken from where it was."""
+        return self in (StopCause.NOT_SEALED, StopCause.NOT_GRASPED)
 
     @property
     def is_empty(self) -> bool:

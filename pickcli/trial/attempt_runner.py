@@ -301,6 +301,7 @@ class AttemptRunner:
             attempt = replace(attempt, plan=plan, seen=self._seen_by(plan.arm or self.arm, scene))
         except NoPlanError as error:
             outcome = Outcome.REJECTED if certifier.rejected else Outcome.NO_PLAN
+            self._touched = self._touched.doubting(attempt.out_of)
             attempt = replace(
                 attempt, outcome=outcome, reason=error.summary(), in_the_way=error.in_the_way,
                 reasons=error.reasons, has_way_out=not isinstance(error, NoExtractionError),
@@ -378,9 +379,10 @@ class AttemptRunner:
         Returns:
             The record of the execution.
         """
-        if self.settings.perception is PerceptionKind.CAMERA:
-            self._touched = self._touched.also(plan, self._seen.cell, self._seen)
         execution = self._timed(self.interfaces.arena.execute(plan))
+        if self.settings.perception is PerceptionKind.CAMERA:
+            has_left = execution.stop_cause is not None and execution.stop_cause.has_left_item
+            self._touched = self._touched.also(plan, self._seen.cell, self._seen, has_left)
         self._is_stopped = bool(execution.stopped)
         self._jams.note(plan, execution)
         return execution

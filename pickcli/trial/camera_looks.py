@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +30,10 @@ from pickcli.perception.items.item_perception import ListedItem, PlaceLook, conc
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
-from pickcli.perception.looks import colour_picture
 from pickcli.perception.mount_calibration import MountCalibration, PodLook, calibrated_mounts, camera_in_pod
 from pickcli.perception.next_view import hiding_items, next_views
 from pickcli.perception.perceived_picture import perceived_picture
+from pickcli.perception.photograph import photograph
 from pickcli.perception.pod_fit import CameraFit
 from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import RenderedScene
@@ -42,6 +43,10 @@ from pickcli.scene.scene import PlacedItem, PoseNoise, Scene, empty_scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedItem, ReachedViews, Touched
 
+if TYPE_CHECKING:  # it needs OpenCV
+    from pickcli.perception.items.print_search import PrintSearch
+
+PRINTS_OF_TRIALS = 1  # seed of the prints on items: models of colours know set 0, those of prints this one
 _EXACT = MountError(0.0, 0.0)
 N_NEXT = 3  # pictures of a place in which something is refused
 _DRAWN = 640  # px, about the width of a drawing of answers
@@ -81,10 +86,14 @@ class _Seen:
     drawn: NDArray[np.uint8]
 
     @property
+    def has_refused(self) -> bool:
+        """Whether something listed is not recognised surely enough."""
+        return not all(_is_believed(answer) for answer in self.observed.items)
+
+    @property
     def may_show_more(self) -> bool:
-        """Whether something is refused that another picture may show."""
-        is_refused = not all(_is_believed(answer) for answer in self.observed.items)
-        return is_refused and len(self.pictures) < MOST_PICTURES
+        """Whether another picture may show what these do not."""
+        return len(self.pictures) < MOST_PICTURES
 
 
 class CameraLooks:
@@ -95,15 +104,20 @@ class CameraLooks:
         around: Perception of all that no camera looks into: places open above, and the pod until it is seen.
         hand_eye: Whether cameras are off their stated poses, within the bounds of the cell.
         deformed: Whether cloth and bags look other than their boxes.
+        prints: How prints are looked for; None for shapes and colours only.
 
     Raises:
         InputError: No camera sees enough of a place.
     """
 
-    def __init__(self, true: Scene, around: BoundedErrors, hand_eye: bool, deformed: bool = False) -> None:
+    def __init__(
+        self, true: Scene, around: BoundedErrors, hand_eye: bool, deformed: bool = False,
+        prints: PrintSearch | None = None,
+    ) -> None:  # fmt: skip
         cell = true.cell
         self._cell, self._around, self._seed = cell, around, around.seed
-        self._hand_eye = hand_eye
+        self._hand_eye, self._prints = hand_eye, prints
+        self._hall_seed = derived_seed("hall", around.seed)
         self._deformed_seed = derived_seed("deformed looks", around.seed) if deformed else None
         self._viewpoints = {
             name: viewpoints_of(place, cell)
@@ -116,6 +130,7 @@ class CameraLooks:
         self._further: dict[str, tuple[Viewpoint, ...]] = {}
         self._seen: dict[str, _Seen] = {}
         self._taken: dict[str, frozenset[str]] = {}  # by place that was touched since, ids that may be gone
+        self._in_doubt: frozenset[str] = frozenset()  # places out of which no plan led since they were seen
         self._next_views: dict[str, tuple[Viewpoint, ...]] = {}
         # All that no camera is brought to, as seen in the last look, and all that is believed since.
         self._around_places = self._believed = empty_scene(cell)
@@ -207,11 +222,14 @@ class CameraLooks:
             self._may_be_in[placed.id] = frozenset({placed.location})
         for name in touched.places & self._viewpoints.keys():
             self._taken[name] = self._taken.get(name, frozenset()) | touched.moved.keys()
+        self._in_doubt |= touched.in_doubt & self._viewpoints.keys()
         self._around_places = replace(around, items=outside)
         return self._believe()
 
     def viewpoints(self) -> tuple[Viewpoint, ...]:
-        """Return from where to look into the places that were touched, else those with something refused.
+        """Return from where to look into the places that were touched, else those that may hide something.
+
+        These are places in which something is refused, and those out of which no plan led for an item.
 
         Returns:
             The viewpoints, each once; none if there is nothing more to see.
@@ -243,6 +261,7 @@ class CameraLooks:
         for name, taken in pictures.items():
             before = None if name in self._taken else self._seen.get(name)
             self._taken.pop(name, None)
+            self._in_doubt -= {name}
             seen = self._perceived(name, taken, around, before)
             self._seen[name] = replace(seen, observed=with_names_of_copies(seen.observed, true))
         for name in self._settle(views):  # again, without what was found elsewhere
@@ -253,9 +272,13 @@ class CameraLooks:
         return self._believe()
 
     def _due(self) -> list[str]:
-        """The places to look into: those never seen or touched since, else where something is refused."""
+        """The places to look into: those never seen or touched since, else where something may be hidden."""
         due = [name for name in self._viewpoints if name in self._taken or name not in self._seen]
-        return due or [name for name in self._viewpoints if self._seen[name].may_show_more]
+        return due or [name for name in self._viewpoints if self._may_hide(name, self._seen[name])]
+
+    def _may_hide(self, name: str, seen: _Seen) -> bool:
+        """Whether what pictures of a place do not show may matter, and others may show it."""
+        return seen.may_show_more and (seen.has_refused or name in self._in_doubt)
 
     def _views_of(self, name: str) -> tuple[Viewpoint, ...]:
         """From where to look into a place: where it was not seen as it is, else where most of the rest is."""
@@ -279,8 +302,7 @@ class CameraLooks:
         rendered = RenderedScene.of(replace(true, held=None), at.q, at.tool_state, self._deformed_seed)
         seed = derived_seed("look", self._seed, number, name, at.name)
         depth = measure_depth(rendered, model, T_true, seed)
-        prints = 1 + derived_seed("prints", self._seed) % (2**31 - 1)  # models know set 0
-        colour = colour_picture(rendered, model.camera, T_true, prints)
+        colour = photograph(rendered, model.camera, T_true, PRINTS_OF_TRIALS, self._hall_seed, seed)
         at_pod = None
         if name in true.cell.pod.bins and model.depth is not None:
             picture = replace(depth, T_world_camera=viewpoint.T_world_camera)
@@ -332,7 +354,7 @@ class CameraLooks:
         if self._pod is not None and picture.at_pod is not None:
             T_world_camera = self._pod.T_world_pod @ picture.at_pod.T_pod_camera
         rgbd, known = picture.rgbd(T_world_camera), self._known(viewpoint, around)
-        return PlaceLook.of(rgbd, place, around.T_world_place(place), listed, known)
+        return PlaceLook.of(rgbd, place, around.T_world_place(place), listed, known, self._prints)
 
     def _known(self, viewpoint: Viewpoint, around: Scene) -> RenderedScene:
         """All that is known to be seen from a viewpoint, without items."""

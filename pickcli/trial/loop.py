@@ -404,6 +404,7 @@ class _Trial:
             ticks=tuple(self.player.ticks),
             strategy_stuck=self.player.stuck,
             perception=self.settings.perception,
+            sift=self.settings.sift,
             looks=runner.perception.looks,
         )
 

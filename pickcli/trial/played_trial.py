@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.progress import ProgressObserver, nobody
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PoseNoise, Scene
@@ -46,6 +47,7 @@ class TrialConditions:
         stow_rule: Rule by which bins are chosen in a stow.
         strategy: Decides what is tried next.
         perception: Source of the perceived scene.
+        sift: How cameras look for the prints of items; None for shapes and colours only.
     """
 
     noise: PoseNoise = DEFAULT_NOISE
@@ -54,6 +56,7 @@ class TrialConditions:
     stow_rule: StowRule = StowRule.POINTS
     strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
     perception: PerceptionKind = PerceptionKind.NOISE
+    sift: SiftViews | None = None
 
 
 @dataclass(frozen=True)
@@ -158,7 +161,7 @@ def play_trial(
         before, began = arena.picture(), time.perf_counter()
         settings = TrialSettings(
             seed, conditions.noise, reality, stow_rule=conditions.stow_rule, strategy=conditions.strategy,
-            perception=conditions.perception,
+            perception=conditions.perception, sift=conditions.sift,
         )  # fmt: skip
         interfaces = interfaces_of(arms, arena)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol
 
@@ -38,32 +38,46 @@ class PerceptionKind(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Touched:
-    """What the robot knows to have touched since the last look.
+    """What the robot knows to have touched since the last look, and where it did not get on.
 
     Attributes:
         places: Names of places that a tip was planned to enter.
         moved: By item id, the places in which it may be besides those in which it was.
+        in_doubt: Names of places out of which no plan led for an item: what is unknown in them may be why.
     """
 
     places: frozenset[str] = frozenset()
     moved: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    in_doubt: frozenset[str] = frozenset()
 
-    def also(self, plan: Plan, cell: Cell, scene: Scene) -> Touched:
+    def also(self, plan: Plan, cell: Cell, scene: Scene, has_left_item: bool = False) -> Touched:
         """Add what a plan touches.
 
         Args:
             plan: The plan.
             cell: The cell as seen by its arm.
             scene: The perceived scene.
+            has_left_item: Whether the tool measured that it did not take the item from where it was.
 
         Returns:
             All that is touched.
         """
         moved = dict(self.moved)
-        if plan.grasp is not None:
+        if plan.grasp is not None and not has_left_item:
             before = moved.get(plan.grasp.item, frozenset())
             moved[plan.grasp.item] = before | _entered(plan, cell, scene, 0.0)
-        return Touched(self.places | _entered(plan, cell, scene, _AROUND), moved)
+        return replace(self, places=self.places | _entered(plan, cell, scene, _AROUND), moved=moved)
+
+    def doubting(self, place: str) -> Touched:
+        """Add a place out of which no plan led.
+
+        Args:
+            place: Its name.
+
+        Returns:
+            All of it.
+        """
+        return replace(self, in_doubt=self.in_doubt | {place})
 
 
 def _entered(plan: Plan, cell: Cell, scene: Scene, around: float) -> frozenset[str]:

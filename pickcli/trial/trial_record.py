@@ -26,6 +26,7 @@ from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import TRIAL
 from pickcli.files.json_reader import parse_json
 from pickcli.motion.plan import Plan
+from pickcli.perception.textures.sift_views import NO_SIFT
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.strategy.strategy_player import Tick
@@ -81,6 +82,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
             "angle_deg": _rounded(np.degrees(result.noise.angle)),
         },
         "perception": str(result.perception),
+        "sift": str(result.sift or NO_SIFT),
         "pod_shift": _pod_shift(result.before),
         "reality": result.reality.as_dict(),
         "score_lines": [dataclasses.asdict(line) for line in result.score.lines],
@@ -115,6 +117,7 @@ def _seen(seen: PerceivedItem) -> dict[str, Any]:
         "item": answer.id,
         "confidence": _rounded(answer.confidence),
         "refusal": answer.refusal,
+        "found_by": answer.found_by.value,
         "bound_mm": None if bound is None else _rounded(1e3 * bound.position),
         "bound_deg": None if bound is None else _rounded(np.degrees(bound.angle)),
         "bound_surface_mm": _in_mm(bound),

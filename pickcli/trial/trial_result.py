@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pickcli.errors import Reason
 from pickcli.motion.plan import Grasp, Plan
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
 from pickcli.strategy.strategy_player import Tick
@@ -221,6 +222,7 @@ class TrialResult:
         ticks: All ticks of the strategy's conditions and actions.
         strategy_stuck: Why the strategy was ended before its tree failed, "" if it was not.
         perception: Source of the perceived scene.
+        sift: How cameras looked for the prints of items; None for shapes and colours only.
         looks: All looks by cameras.
     """
 
@@ -245,6 +247,7 @@ class TrialResult:
     ticks: tuple[Tick, ...] = ()
     strategy_stuck: str = ""
     perception: PerceptionKind = PerceptionKind.NOISE
+    sift: SiftViews | None = None
     looks: tuple[LookRecord, ...] = ()
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
@@ -25,6 +26,7 @@ class TrialSettings:
         stow_rule: Rule by which bins are chosen for stowed items.
         strategy: Decides what is tried next.
         perception: Source of the perceived scene.
+        sift: How cameras look for the prints of items; None for shapes and colours only.
     """
 
     seed: int = 0
@@ -34,6 +36,7 @@ class TrialSettings:
     stow_rule: StowRule = StowRule.POINTS
     strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
     perception: PerceptionKind = PerceptionKind.NOISE
+    sift: SiftViews | None = None
 
     def perceiving(self, true: Scene) -> Perception:
         """Return what makes the perceived scene.
@@ -45,13 +48,20 @@ class TrialSettings:
             The perception.
 
         Raises:
-            InputError: A place is to be seen by a camera, and none sees it.
+            InputError: A place is to be seen by a camera, and none sees it; or prints are looked for, and
+                OpenCV is not installed.
         """
         if self.perception is PerceptionKind.TRUTH:
             return true_poses(self.seed)
         bounded = BoundedErrors(self.noise, self.seed, self.reality)
         if self.perception is PerceptionKind.NOISE:
             return bounded
-        from pickcli.trial.camera_looks import CameraLooks  # renders, which other trials need not load
+        # They render, which other trials need not load.
+        from pickcli.trial.camera_looks import PRINTS_OF_TRIALS, CameraLooks
 
-        return CameraLooks(true, bounded, self.reality.hand_eye, self.reality.deformed_looks)
+        prints = None
+        if self.sift is not None:
+            from pickcli.perception.items.print_search import PrintSearch  # it needs OpenCV
+
+            prints = PrintSearch(self.sift, PRINTS_OF_TRIALS)
+        return CameraLooks(true, bounded, self.reality.hand_eye, self.reality.deformed_looks, prints)

@@ -260,6 +260,14 @@ def test_true_poses_have_no_errors(command: str, out: Path) -> None:
     assert not out.exists()
 
 
+@pytest.mark.parametrize("command", ["run-trial", "run-trials"])
+def test_only_cameras_look_for_prints(command: str, out: Path) -> None:
+    words = (command, "jsk_pick_sample", "--sift", "all-views", "-o", out)
+    misused(apc(*words), "--sift: prints are looked for by cameras; add --perception camera")
+    misused(apc(*words[:2], "--sift", "some", "-o", out), "--sift")
+    assert not out.exists()
+
+
 @pytest.mark.parametrize("shift", ["random", "5,0,0"])
 def test_a_pod_that_is_not_there_cannot_be_shifted(shift: str, out: Path) -> None:
     words = ("make-scene", "--cell", "panda_table", "--in", "tray=dove_beauty_bar", "-o", out)

@@ -126,6 +126,8 @@ def test_a_stream_is_played(tmp_path: Path) -> None:
     refused(apc("run-trial", path, "-o", out), 3, "exists already")
     misused(apc("run-trial", path, "--pod-shift", "none", "-o", out), "--pod-shift applies to orders")
     misused(apc("run-trial", path, "--plans", "-o", out), "--plans applies to orders")
+    by_camera = "run-trial", path, "--perception", "camera", "-o", out
+    misused(apc(*by_camera, "--sift", "all-views"), "--sift applies to orders")
     misused(
         apc("run-trial", path, "--perception", "camera", "--pose-noise", "2,1", "-o", out),
         "--pose-noise: a camera has errors of its own",

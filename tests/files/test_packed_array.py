@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
-from pickcli.files.packed_array import packed, unpacked
+from pickcli.files.packed_array import deflated, inflated, packed, unpacked
 
 
 @given(
@@ -30,3 +33,15 @@ def test_the_widest_step_decides_on_the_type(most: float, kind: str) -> None:
 
 def test_nothing_is_nothing() -> None:
     assert unpacked(packed(np.zeros((0, 7)), 1.0)).shape == (0, 7)
+
+
+@given(
+    hnp.arrays(
+        st.sampled_from([np.float64, np.float32, np.int64, np.uint8]),
+        hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=6),
+    )
+)
+def test_what_is_deflated_is_the_same_bit_by_bit(values: np.ndarray) -> None:
+    again = inflated(json.loads(json.dumps(deflated(values))))
+    assert again.dtype == values.dtype and again.shape == values.shape
+    assert again.tobytes() == values.tobytes()

@@ -10,12 +10,14 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
-from pickcli.geometry import inverse, pose
+from pickcli.geometry import inverse, pose, rotation_angle
 from pickcli.perception.depth_picture import DepthPicture
-from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
+from pickcli.perception.items.print_search import PrintSearch
 from pickcli.perception.items.symmetry import turn_between
 from pickcli.perception.mount_calibration import camera_in_pod
 from pickcli.perception.pod_fit import CameraFit
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.perception.viewpoints import further_viewpoints, viewpoints_of
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -25,7 +27,7 @@ from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.simulation.reality import IDEAL
-from pickcli.trial.camera_looks import CameraLooks, with_names_of_copies
+from pickcli.trial.camera_looks import PRINTS_OF_TRIALS, CameraLooks, with_names_of_copies
 from pickcli.trial.trial_perception import BoundedErrors, ReachedViews, Touched, true_poses
 
 ITEM = "crayola_24_ct"
@@ -76,6 +78,22 @@ def test_what_deforms_is_seen_so_and_believed_within_wider_bounds(cell: Cell) ->
     for placed in soft.items:
         off = np.linalg.norm(placed.T_world_item[:3, 3] - scene.find(placed.id).T_world_item[:3, 3])
         assert off < bounds[1][placed.id].position
+
+
+def test_what_is_printed_tells_the_faces(cell: Cell) -> None:
+    scene = make_scene({"bin_E": ["crayola_24_ct", "dove_beauty_bar"]}, cell, seed=2)
+    prints = PrintSearch(SiftViews.ALL, PRINTS_OF_TRIALS)
+    perception = CameraLooks(scene, BoundedErrors(NOISE, 1, IDEAL), True, prints=prints)
+    believed = look(perception, scene, 1)
+    by_print = [
+        seen for seen in perception.looks[0].items
+        if seen.is_believed and seen.answer.found_by is FoundBy.PRINT
+    ]  # fmt: skip
+    assert by_print
+    for seen in by_print:
+        assert seen.is_bound_kept
+        R, R_true = (each.find(seen.answer.id).T_world_item[:3, :3] for each in (believed, scene))
+        assert rotation_angle(R.T @ R_true) < np.radians(10.0)
 
 
 @pytest.fixture(scope="module")
@@ -204,6 +222,24 @@ def test_what_six_pictures_do_not_show_is_not_looked_for_again(true_scene: Scene
     assert n_pictures(perception, gone, 4, Touched(frozenset({"bin_C"}))) == 3
 
 
+def test_where_no_plan_led_out_more_is_to_be_seen(true_scene: Scene) -> None:
+    perception = looks(true_scene)
+    before = look(perception, true_scene, 1)
+    settled = {seen.place for seen in perception.looks[0].items} - {
+        seen.place for seen in perception.looks[0].items if not seen.is_believed
+    }
+    place = min(settled)
+    n_others = n_pictures(perception, true_scene, 2)
+    assert n_pictures(perception, true_scene, 3, Touched().doubting(place)) == n_others + 3
+    after = perception.look_from(true_scene, 3, ReachedViews(perception.viewpoints()))
+    sizes = [
+        sum(np.prod(space.boxes[:, 1] - space.boxes[:, 0], axis=1).sum() for space in scene.unknown)
+        for scene in (before, after)
+    ]
+    assert sizes[1] < sizes[0]
+    assert n_pictures(perception, true_scene, 4, Touched().doubting(place)) == 0  # six show all there is
+
+
 def test_without_the_pod_in_its_pictures_a_place_is_off_with_the_camera(
     true_scene: Scene, first: tuple[CameraLooks, Scene], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -239,6 +275,8 @@ def test_a_plan_touches_the_places_that_its_tip_enters(true_scene: Scene) -> Non
     assert touched.places >= {"bin_C", TOTE}
     assert not touched.places & {"bin_E", "bin_G"}
     assert touched.moved[ITEM] - {TOTE} == {"bin_C"}
+    left = Touched().also(plan, cell, true_scene, has_left_item=True)
+    assert left.places == touched.places and not left.moved  # it is still where it was, and may be touched
 
 
 def test_the_truth_is_perceived_as_it_is(true_scene: Scene) -> None:

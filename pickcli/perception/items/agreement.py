@@ -7,7 +7,7 @@ is, and how far both poses are apart: ``python -m bench.perceived --seeds 24-39 
 --calibrate``.
 
 Of more than three looks the best pair is no proof: the more pairs there are, the more of them agree by
-chance. So then looks vote.
+chance. So then looks vote. But no look recognises a print by chance where another finds the item, too.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scipy.optimize import linear_sum_assignment
 from pickcli.cell.item import Item
 from pickcli.geometry import Array
 from pickcli.perception.items.confidence import support_features
-from pickcli.perception.items.item_observation import Agreement, Support
+from pickcli.perception.items.item_observation import NEAR, Agreement, Support
 from pickcli.perception.items.symmetry import displacement_between, error_of
 
 _WEIGHTS = np.array(
@@ -33,12 +33,11 @@ _WEIGHTS = np.array(
 _SURE = 1e-3  # of the confidence of the other look: it is not surer than that for this one
 _ALIKE = 0.3  # mm and degrees, below which poses are alike
 FEW = 3  # looks from different places, of which a pair is believed by itself
-NEAR = 0.004  # m of the surface, up to which a look speaks for a pose
 _DOUBT = 0.5  # confidence of a look in another pose, from which on it speaks against one
 # Of poses by six looks into bins in which something had been refused (three sensors, scenes 70108 to 70118)
 # the 205 that four or more speak for were all right; of 64 that two or three speak for 4 were wrong.
-SURE_BY_VOTES = 0.995
-DOUBTFUL_BY_VOTES = 0.95
+SURE_BY_VOTES = SURE_BY_PRINT = 0.995
+DOUBTFUL = 0.95
 
 
 def agreement_features(support: Support, no_return: float, n_listed: int, agreement: Agreement) -> Array:
@@ -76,10 +75,13 @@ def agreed_confidence(support: Support, no_return: float, n_listed: int, agreeme
         In (0, 1).
     """
     features = agreement_features(support, no_return, n_listed, agreement)
-    return float(1.0 / (1.0 + np.exp(-features @ _WEIGHTS)))
+    confidence = float(1.0 / (1.0 + np.exp(-features @ _WEIGHTS)))
+    if agreement.is_doubtful:
+        return min(confidence, DOUBTFUL)
+    return max(confidence, SURE_BY_PRINT) if agreement.is_by_print else confidence
 
 
-def agreement_with(item: Item, T: Array, T_other: Array, confidence: float) -> Agreement:
+def agreement_with(item: Item, T: Array, T_other: Array, confidence: float, n_prints: int = 0) -> Agreement:
     """Compare the poses that two looks found.
 
     Args:
@@ -87,11 +89,12 @@ def agreement_with(item: Item, T: Array, T_other: Array, confidence: float) -> A
         T: (4, 4) its pose by one look.
         T_other: (4, 4) that by the other one.
         confidence: Of the other look, by itself.
+        n_prints: How many of both found it by its print.
 
     Returns:
         How the other look agrees.
     """
-    return Agreement(confidence, error_of(item.shape, T, T_other))
+    return Agreement(confidence, error_of(item.shape, T, T_other), n_prints)
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,7 @@ class Votes:
         if self.n_for > FEW:
             return max(confidence, SURE_BY_VOTES)
         is_open = self.n_for == FEW and not self.n_against
-        return confidence if is_open else min(confidence, DOUBTFUL_BY_VOTES)
+        return confidence if is_open else min(confidence, DOUBTFUL)
 
 
 def votes_on(

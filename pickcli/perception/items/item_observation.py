@@ -51,6 +51,9 @@ class Support:
     surface_spread: float
 
 
+NEAR = 0.004  # m of the surface, up to which a look speaks for a pose
+
+
 @dataclass(frozen=True)
 class Agreement:
     """How another look agrees with a pose.
@@ -58,10 +61,27 @@ class Agreement:
     Attributes:
         confidence: That of the other look in its own pose.
         off: By how much the poses differ, symmetries aside.
+        n_prints: How many of both looks recognised the print.
     """
 
     confidence: float
     off: PoseNoise
+    n_prints: int = 0
+
+    @property
+    def is_near(self) -> bool:
+        """Whether the other look speaks for the pose."""
+        return self.off.displacement is not None and self.off.displacement < NEAR
+
+    @property
+    def is_by_print(self) -> bool:
+        """Whether both looks recognised the print there."""
+        return self.n_prints == 2 and self.is_near
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether a look recognised the print where the other has the item elsewhere."""
+        return self.n_prints > 0 and not self.is_near
 
 
 @dataclass(frozen=True, eq=False)

@@ -319,6 +319,8 @@ def _voted_answer(
         for place in places
     ]
     confidence = votes_on(answer.item, T, found, elsewhere).weighed(answer.confidence)
+    if agreement.n_prints and agreement.is_near:  # what others do not find there is hidden from them
+        confidence = max(confidence, answer.confidence)
     if confidence == answer.confidence:
         return answer
     deformation = any_look.listed[i].deformation
@@ -338,15 +340,17 @@ def _agreed_answer(looks: _Pair, at: tuple[int, int], each: ListedItem) -> ItemO
     """The answer for an item by two looks, as the surer of them has it; at: its indices in both."""
     (one, i), (other, k) = sorted(zip(looks, at, strict=True), key=lambda seen: -seen[0].confidence(seen[1]))
     T = one.poses[i]
-    agreement = agreement_with(each.item, T, other.poses[k], other.confidence(k))
+    found_by = one.found[i].found_by, other.found[k].found_by
+    n_prints = found_by.count(FoundBy.PRINT)
+    agreement = agreement_with(each.item, T, other.poses[k], other.confidence(k), n_prints)
     support = one.found[i].support
     confidence = agreed_confidence(support, one.lost(i), len(one.listed), agreement)
     bound = agreed_bound_of(each.item, support, one.rgbd.sensor, confidence, agreement, each.deformation)
     refusal = _refusal(one, T, confidence)
-    found_by = one.found[i].found_by
-    if found_by is FoundBy.SHAPE and other.found[k].found_by is FoundBy.PRINT:
-        T, found_by = faced_as(each.item.shape, T, other.poses[k]), FoundBy.PRINT
-    return ItemObservation(each.id, each.item, T, confidence, refusal, bound, support, agreement, found_by)
+    if found_by == (FoundBy.SHAPE, FoundBy.PRINT):
+        T = faced_as(each.item.shape, T, other.poses[k])
+    how = FoundBy.PRINT if n_prints else FoundBy.SHAPE
+    return ItemObservation(each.id, each.item, T, confidence, refusal, bound, support, agreement, how)
 
 
 def _refusal(look: PlaceLook, T_world_item: Array, confidence: float) -> str:

@@ -13,9 +13,10 @@ from pickcli.geometry import Array
 from pickcli.perception.items.place_view import PlaceView
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.textures.print_features import NO_FEATURES, PrintFeatures, print_features
-from pickcli.perception.textures.print_matching import SiftViews, matches_of
+from pickcli.perception.textures.print_matching import matches_of
 from pickcli.perception.textures.print_model import print_model
 from pickcli.perception.textures.print_pose import PictureFeatures, print_poses
+from pickcli.perception.textures.sift_views import SiftViews
 
 _BEFORE = 0.003  # m before what is known: something of an item
 _PIXELS_PER_M = 1400.0  # of what is looked at, at most

@@ -4,7 +4,8 @@ After KTH (paper 000, III-B). The only package that uses OpenCV, an extra.
 
 - `opencv` imports the library, for one thread, or says how to install it.
 - `print_features` are what SIFT finds in a picture.
-- A `print_model` is made of 46 renderings of an item alone.
-- `print_matching` says which features of a picture are like which of a model, by all its views or each view.
+- A `print_model` is made of 46 renderings of an item alone, and kept in the user's cache.
+- `print_matching` says which features of a picture are like which of a model, by all its views or each view:
+  `sift_views`.
 - A `print_pose` follows from such matches, by PnP.
 """

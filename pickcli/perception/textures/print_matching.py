@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,19 +17,13 @@ from pickcli.geometry import Array
 from pickcli.perception.surface_view import FloatPicture
 from pickcli.perception.textures.print_features import PrintFeatures, products
 from pickcli.perception.textures.print_model import N_VIEWS, PrintModel
+from pickcli.perception.textures.sift_views import SiftViews
 
 _STEP = 0.5  # octaves of a feature's length, of those that are compared at once
 _OFF = 0.35  # octaves by which lengths may differ besides
 _RATIO = 0.85  # of the distances to the most and to the second most like feature (Lowe: 0.8)
 _ELSEWHERE = 0.008  # m on the item, from which on the second one is another
 _N_LIKE = 8  # features among which that is looked for
-
-
-class SiftViews(StrEnum):
-    """Which views of a model features are compared with at once."""
-
-    ALL = "all-views"
-    EACH = "each-view"
 
 
 @dataclass(frozen=True, eq=False)

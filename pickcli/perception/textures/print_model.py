@@ -1,6 +1,8 @@
 """Models of prints: SIFT features of renderings of an item alone, with their points on its surface.
 
-The renderings are taken from 46 directions all around, as KTH did (paper 000, III-B), in even light.
+The renderings are taken from 46 directions all around, as KTH did (paper 000, III-B), in even light. That
+takes one to three seconds, so models are kept in the user's cache, each in a file that says what it was made
+from.
 """
 
 from __future__ import annotations
@@ -8,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +18,10 @@ from scipy.ndimage import binary_erosion
 
 from pickcli.cell.item import Item
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
+from pickcli.files.derived_cache import content_key, derived_arrays
 from pickcli.geometry import Array, inverse, pose, transform_points
-from pickcli.perception.looks import LightingModel, colour_picture
+from pickcli.jobs.job import code_digest
+from pickcli.perception.looks import LightingModel, colour_picture, coloured
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene, RenderedSolid
 from pickcli.perception.surface_view import FloatPicture, SurfaceView
 from pickcli.perception.textures.opencv import cv2
@@ -62,7 +67,7 @@ class PrintModel:
 
 @lru_cache(maxsize=40)
 def print_model(item: Item, texture_seed: int) -> PrintModel:
-    """Make the model of what is printed on an item; cached.
+    """Return the model of what is printed on an item, from the cache, or make and keep it.
 
     Args:
         item: The item, whose shape is a box, cylinder or sphere.
@@ -70,6 +75,50 @@ def print_model(item: Item, texture_seed: int) -> PrintModel:
 
     Returns:
         The model.
+    """
+    name = content_key(item.name, str(item.year), str(texture_seed))  # names of items may be no file names
+    found = derived_arrays(
+        "prints", name, made_from(item, texture_seed), lambda: known_features(item, texture_seed)
+    )
+    directions = _directions(found["descriptors"])
+    return PrintModel(
+        item, found["points"], found["frames"], found["lengths"], found["views"], found["descriptors"],
+        directions, products(found["descriptors"], directions),
+    )  # fmt: skip
+
+
+def made_from(item: Item, texture_seed: int) -> dict[str, Any]:
+    """List all that a model depends on.
+
+    Args:
+        item: The item.
+        texture_seed: Seed of the set of prints.
+
+    Returns:
+        JSON values by name: what the item looks like, the seed, and digests of this program's code and the
+        version of the library that finds features.
+    """
+    return {
+        "item": item.name,
+        "shape": [item.shape.kind.value, item.shape.extents.tolist()],
+        "colour": list(coloured(item).colour or ()),
+        "material": item.material.value,
+        "is_printed": item.is_printed,
+        "texture_seed": texture_seed,
+        "opencv": cv2.__version__,
+        "code": code_digest(),
+    }
+
+
+def known_features(item: Item, texture_seed: int) -> dict[str, NDArray[Any]]:
+    """Find the features of an item in renderings.
+
+    Args:
+        item: The item, whose shape is a box, cylinder or sphere.
+        texture_seed: Seed of the set of prints.
+
+    Returns:
+        ``points``, ``frames``, ``lengths``, ``views`` and ``descriptors`` as of a ``PrintModel``.
     """
     solid = RenderedSolid(OwnerKind.ITEM, item.name, item.shape, pose(), item)
     rendered = RenderedScene((solid,))
@@ -87,12 +136,13 @@ def print_model(item: Item, texture_seed: int) -> PrintModel:
         descriptors.append(found.descriptors)
     every = np.concatenate(lengths)
     order = np.argsort(every, kind="stable")
-    known = np.concatenate(descriptors)[order]
-    directions = _directions(known)
-    return PrintModel(
-        item, np.concatenate(points)[order], np.concatenate(frames)[order], every[order],
-        np.concatenate(views)[order], known, directions, products(known, directions),
-    )  # fmt: skip
+    return {
+        "points": np.concatenate(points)[order],
+        "frames": np.concatenate(frames)[order],
+        "lengths": every[order],
+        "views": np.concatenate(views)[order],
+        "descriptors": np.concatenate(descriptors)[order],
+    }
 
 
 def _directions(descriptors: FloatPicture) -> FloatPicture:

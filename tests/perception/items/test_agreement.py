@@ -9,18 +9,20 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.sensors.material import Material
 from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse, pose
 from pickcli.perception.items.agreement import (
-    DOUBTFUL_BY_VOTES,
+    DOUBTFUL,
+    SURE_BY_PRINT,
     SURE_BY_VOTES,
     Votes,
     agreed_confidence,
     matched,
     votes_on,
 )
-from pickcli.perception.items.item_observation import Agreement
+from pickcli.perception.items.item_observation import Agreement, FoundBy
 from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.item_search import PoseEstimate
 from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, agreed_bound_of
@@ -179,8 +181,8 @@ def test_of_many_looks_most_decide() -> None:
     assert Votes(6, 4, 2).weighed(0.7) == SURE_BY_VOTES >= LEAST_CONFIDENCE_OF_BOUND
     assert Votes(6, 5, 0).weighed(0.9999) == 0.9999
     assert Votes(6, 3, 0).weighed(0.997) == 0.997
-    assert Votes(6, 3, 1).weighed(0.997) == DOUBTFUL_BY_VOTES < LEAST_CONFIDENCE_OF_BOUND
-    assert Votes(6, 2, 0).weighed(0.999) == DOUBTFUL_BY_VOTES
+    assert Votes(6, 3, 1).weighed(0.997) == DOUBTFUL < LEAST_CONFIDENCE_OF_BOUND
+    assert Votes(6, 2, 0).weighed(0.999) == DOUBTFUL
     assert Votes(6, 2, 0).weighed(0.4) == 0.4
 
 
@@ -211,10 +213,66 @@ def test_what_two_of_four_looks_agree_on_gets_no_bound(
         from_aside(elsewhere(look, i, y), by) for look, y, by in ((one, 0.04, 0.5), (other, 0.08, 0.6))
     ]
     doubtful = concluded((*against, one, other)).items
-    assert doubtful[i].bound is None and doubtful[i].confidence <= DOUBTFUL_BY_VOTES
+    assert doubtful[i].bound is None and doubtful[i].confidence <= DOUBTFUL
     for k, answer in enumerate(doubtful):
         if k != i:  # four looks are for these
             assert answer.bound is not None and answer.confidence >= SURE_BY_VOTES
+
+
+def by_print(look: PlaceLook, i: int) -> PlaceLook:
+    """The look as if it had found one of its poses by a print."""
+    return replace(look, found={**look.found, i: replace(look.found[i], found_by=FoundBy.PRINT)})
+
+
+def test_what_two_looks_recognise_by_its_print_no_votes_make_unsure(
+    looks: tuple[PlaceLook, PlaceLook],
+) -> None:
+    """Nor does it take more than two looks, or any that are sure by shape; but both have to find it there.
+
+    If one recognised it, and the other has it there, it is as sure as these two make it.
+    """
+    one, other = looks
+    for i in one.found.keys() & other.found.keys():
+        against = [
+            from_aside(elsewhere(look, i, y), by) for look, y, by in ((one, 0.04, 0.5), (other, 0.08, 0.6))
+        ]
+        printed = [by_print(look, i) for look in looks]
+        answer = concluded([*against, *printed]).items[i]
+        assert answer.agreement is not None and answer.agreement.is_by_print
+        assert answer.found_by is FoundBy.PRINT and answer.confidence >= SURE_BY_PRINT
+        assert SURE_BY_PRINT >= LEAST_CONFIDENCE_OF_BOUND
+        elsewhere_too = concluded([printed[0], elsewhere(other, i, 0.005)]).items[i]
+        assert elsewhere_too.confidence <= DOUBTFUL and elsewhere_too.bound is None
+        by_one, alone = concluded([*against, printed[0], other]), concluded([printed[0], other])
+        assert by_one.items[i].confidence == alone.items[i].confidence
+
+
+def test_bounds_of_what_two_looks_recognise_by_its_print_are_closer(
+    looks: tuple[PlaceLook, PlaceLook],
+) -> None:
+    """Where little is seen of an item its pose by shape may be another that looks alike; its print tells."""
+    support, item = next(iter(looks[0].found.values())).support, looks[0].listed[0].item
+    little, sensor = replace(support, surface_spread=4.0 * support.surface_spread), looks[0].rgbd.sensor
+    by_shape, by_its_print = (
+        agreed_bound_of(item, little, sensor, 0.996, Agreement(0.99, apart(1.5), n_prints))
+        for n_prints in (0, 2)
+    )
+    assert by_shape is not None and by_its_print is not None
+    for one, other in ((by_its_print.position, by_shape.position), (by_its_print.angle, by_shape.angle)):
+        assert one < other
+
+
+def test_bounds_by_print_are_wide_where_hardly_any_depth_comes_back(
+    looks: tuple[PlaceLook, PlaceLook],
+) -> None:
+    support, item = next(iter(looks[0].found.values())).support, looks[0].listed[0].item
+    agreement = Agreement(0.99, apart(0.2), 2)
+    matte, clear = (
+        agreed_bound_of(replace(item, material=each), support, looks[0].rgbd.sensor, 0.996, agreement)
+        for each in (Material.MATTE, Material.CLEAR)
+    )
+    assert matte is not None and clear is not None
+    assert clear.angle > 1.5 * matte.angle and clear.position > 1.5 * matte.position
 
 
 def from_aside(look: PlaceLook, by: float) -> PlaceLook:

@@ -14,7 +14,7 @@ from pickcli.perception.items.item_perception import ListedItem, PlaceLook, conc
 from pickcli.perception.items.perceived_file import Perceived, perceived_values
 from pickcli.perception.items.place_view import view_of_place
 from pickcli.perception.items.print_search import PrintSearch, picture_features
-from pickcli.perception.textures.print_matching import SiftViews
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.random_scenes.make_scene import make_scene
 from support.filled_bins import Filled, looked_at, looked_at_aslant
 

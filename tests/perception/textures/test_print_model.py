@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,14 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape
 from pickcli.geometry import Array
-from pickcli.perception.textures.print_model import N_VIEWS, PrintModel, print_model, view_poses
+from pickcli.perception.textures.print_model import (
+    N_VIEWS,
+    PrintModel,
+    known_features,
+    made_from,
+    print_model,
+    view_poses,
+)
 
 
 def off_surface(shape: Shape, points: Array) -> Array:
@@ -57,6 +66,21 @@ def test_cameras_look_at_the_middle_from_all_around() -> None:
 
 
 def test_same_print_same_bytes(soap: Item, soap_model: PrintModel) -> None:
+    for name, array in known_features(soap, 21).items():
+        assert array.tobytes() == getattr(soap_model, name).tobytes(), name
+
+
+def test_a_model_that_was_kept_is_the_one_that_was_made(soap: Item, soap_model: PrintModel) -> None:
     again = print_model.__wrapped__(soap, 21)
-    for name in ("points", "lengths", "views", "descriptors", "projected"):
-        assert getattr(again, name).tobytes() == getattr(soap_model, name).tobytes(), name
+    for name in ("points", "frames", "lengths", "views", "descriptors", "directions", "projected"):
+        kept, made = getattr(again, name), getattr(soap_model, name)
+        assert kept.dtype == made.dtype and kept.tobytes() == made.tobytes(), name
+
+
+def test_a_model_depends_on_looks_and_not_on_mass(soap: Item) -> None:
+    of = made_from(soap, 21)
+    assert made_from(replace(soap, mass=1.0, bonus=3), 21) == of
+    larger = replace(soap, shape=soap.shape.inflated(0.001))
+    for other in (replace(soap, colour=(1, 2, 3)), replace(soap, is_printed=False), larger):
+        assert made_from(other, 21) != of
+    assert made_from(soap, 22) != of
