@@ -63,7 +63,8 @@ class Pressed:
     def is_refused(self) -> bool:
         floor = replace(self.box.item, shape=FLOOR)
         below = PlacedItem("floor", floor, TOTE, pose((0.0, 0.0, -FLOOR.size[2] / 2)))
-        scene = Scene(cell(), cell().T_world_pod, (self.box, below), PoseNoise())
+        away = pose((1.0, 0.0, 0.0)) @ cell().T_world_pod  # no wall stops the box
+        scene = Scene(cell(), away, (self.box, below), PoseNoise())
         tip = pose((self.depth - self.size[0] / 2, 0.0, self.height), R=INTO_X)
         return falls_over(scene, self.box, Press(tip, self.depth, STIFFNESS, self.speed, RADIUS))
 
