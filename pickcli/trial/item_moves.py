@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 from pickcli.motion.plan import GraspKind
 from pickcli.scene.scene import TOTE, Scene
@@ -16,6 +17,16 @@ from pickcli.trial.order import ANY_BIN, Order, Target
 from pickcli.trial.trial_result import Attempt, Outcome
 
 NO_TIME_TO_PLAN = "no time is left to plan it"
+
+Exchange: TypeAlias = Callable[[Attempt], Attempt | None]
+
+
+def nothing_better(planned: Attempt) -> Attempt | None:
+    """Let a planned attempt be carried out.
+
+    Args:
+        planned: The attempt.
+    """
 
 
 class ItemMoves:
@@ -40,20 +51,21 @@ class ItemMoves:
         self._order, self._runner, self._bins = order, runner, bins
         self._memory, self._asides = memory, asides
 
-    def move(self, attempt: Attempt, scene: Scene) -> Attempt:
+    def move(self, attempt: Attempt, scene: Scene, instead: Exchange = nothing_better) -> Attempt:
         """Play an attempt to its end.
 
         Args:
             attempt: The item, its place and destination; ANY_BIN for the first of its bins that has room.
             scene: The perceived scene.
+            instead: Asked once there is a plan for an attempt at another item that was made instead.
 
         Returns:
-            The attempt with its outcome.
+            The attempt with its outcome, or the one made instead.
         """
         if attempt.into == ANY_BIN:
-            return self._stowed(attempt, scene)
+            return self._stowed(attempt, scene, instead)
         planned = self._planned(attempt, scene)
-        return planned if planned.plan is None else carry_out(self._runner, planned)
+        return planned if planned.plan is None else instead(planned) or carry_out(self._runner, planned)
 
     def move_aside(self, attempt: Attempt, scene: Scene, still_open: Sequence[Target]) -> Attempt:
         """Try to move an item into another bin, or into the tote if none has room.
@@ -111,7 +123,7 @@ class ItemMoves:
         planned = self._runner.toppling(attempt, scene)
         return planned if planned.plan is None else carry_out(self._runner, planned)
 
-    def _stowed(self, attempt: Attempt, scene: Scene) -> Attempt:
+    def _stowed(self, attempt: Attempt, scene: Scene, instead: Exchange) -> Attempt:
         """Try to bring an item into the first of its bins that has room, unless it cannot leave its place."""
         if not self._runner.has_time_to_plan:
             return replace(attempt, outcome=Outcome.NO_TIME, reason=NO_TIME_TO_PLAN)
@@ -119,7 +131,9 @@ class ItemMoves:
         for name in self._bins[attempt.target.item]:
             if not self._runner.has_time_to_plan:
                 break
-            tried = self.move(replace(attempt, into=name), scene)
+            tried = self.move(replace(attempt, into=name), scene, instead)
+            if tried.item != attempt.item:
+                return tried
             if tried.execution is not None or tried.outcome is Outcome.NO_TIME:
                 is_there = self._order.is_met(attempt.target, tried.seen_in)
                 return replace(tried, outcome=Outcome.DELIVERED) if is_there else tried

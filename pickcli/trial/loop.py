@@ -7,6 +7,7 @@ runs of a trial differ only in ``statistics``.
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -30,7 +31,7 @@ from pickcli.trial.final_state import Drop, final_state
 from pickcli.trial.item_moves import ItemMoves
 from pickcli.trial.order import ANY_BIN, Order, OrderKind, require_playable, time_limit
 from pickcli.trial.room_making import RoomMaking
-from pickcli.trial.score import Score, item_bonuses, score, told_by_copies
+from pickcli.trial.score import Score, item_bonuses, score, target_points, told_by_copies
 from pickcli.trial.stow_assignment import assign_bins
 from pickcli.trial.target_list import TargetList
 from pickcli.trial.toppling_memory import TopplingMemory
@@ -41,6 +42,9 @@ from pickcli.trial.trial_settings import TrialSettings
 ResultObserver: TypeAlias = Callable[[Callable[[], TrialResult]], None]
 
 MOST_WRONG = 2  # attempts at a target in which another item was held, after which it is given up
+# An exchange for points is tried only with so much time left: for itself, and for every open target.
+EXCHANGE_TIME, TARGET_TIME = 30.0, 35.0  # s
+MOST_EXCHANGES = 3  # for one target
 _log = logging.getLogger(__name__)
 
 
@@ -125,6 +129,7 @@ class _Trial:
         self.asides = AsideMemory(self.targets)
         self.moves = ItemMoves(order, self.runner, self.memory, self.asides, self.bins)
         self.room = RoomMaking(self.runner, self.moves, self.tools)
+        self.n_exchanges: Counter[int] = Counter()  # by index of a target
         self.attempts: list[tuple[TargetState, Attempt]] = []
         self.player = StrategyPlayer(settings.strategy, self)
         names = {name for name, _ in cell.items} | {placed.item.name for placed in self.before.items}
@@ -177,6 +182,9 @@ class _Trial:
         state = self.targets.open[index].tried()
         attempt = self._attempt(state)
         self._note(state, attempt)
+        if attempt.is_aside:  # made room for the target
+            self.targets.put(replace(state.renewed(), cleared=state.cleared + 1))
+            return False
         is_over = attempt.outcome in (Outcome.MISSING, Outcome.NO_TIME) or self._is_mistaken(index)
         if attempt.outcome.is_delivered or is_over:
             self.targets.close(index)
@@ -304,7 +312,31 @@ class _Trial:
             if refusal := self.runner.perception.refusal(item, home):
                 return replace(attempt, outcome=Outcome.NOT_RECOGNISED, reason=refusal)
             return replace(attempt, reason=f"no {item} of {home} is seen any more")
-        return self.moves.move(replace(attempt, item=placed.id, out_of=placed.location), scene)
+        attempt = replace(attempt, item=placed.id, out_of=placed.location)
+        return self.moves.move(attempt, scene, partial(self._exchange, state, scene))
+
+    def _exchange(self, state: TargetState, scene: Scene, planned: Attempt) -> Attempt | None:
+        """Make room for an item of the tote in a bin in which it gives more points than in that of its plan.
+
+        Only what was in a bin at the start is moved, and only if time is left for all that is still open.
+        """
+        needed = EXCHANGE_TIME + TARGET_TIME * len(self.targets.open)
+        is_over = self.n_exchanges[state.index] >= MOST_EXCHANGES or self.runner.clock.left < needed
+        if state.target.into != ANY_BIN or is_over:
+            return None
+
+        def points(name: str) -> int:
+            return target_points(self.order, name, state.target.item, self.bonus)
+
+        bins = [name for name in self.bins[state.target.item] if points(name) > points(planned.into)]
+        at_start = {placed.id for placed in self.before.items if placed.location != TOTE}
+        bins.sort(key=points, reverse=True)
+        now = self.runner.clock.now
+        attempt = Attempt(state.target, planned.item, state.attempts, now, Outcome.NO_PLAN, out_of=TOTE)
+        exclude = self.memory.failed_grasps(planned.item)
+        moved = self.room.exchange(attempt, scene, bins, at_start, exclude)
+        self.n_exchanges[state.index] += moved is not None
+        return moved
 
     def _topple(self, state: TargetState, name: str) -> bool:
         """Push an item that no tool can take as it lies over or off others; return whether it was pushed."""

@@ -76,3 +76,49 @@ def test_what_has_no_other_bin_stays(cell: Cell) -> None:
     result = played(fake, most=0)
     assert outcome(result, DVD) is Outcome.NO_PLAN
     assert not any(a.outcome is Outcome.MOVED and a.item.startswith(BAR) for a in result.attempts)
+
+
+POINTS = Order(
+    OrderKind.STOW, 2016,
+    {name: (BAR,) * (5 if name in ("bin_A", "bin_B") else 1) for name in BINS}, (DVD, CARDS), (),
+)  # fmt: skip
+
+
+def exchanged(fake: ScriptedTrial, most: int, time_limit: float | None = None) -> TrialResult:
+    return run_trial(POINTS, crowded(fake, DVD, most), TrialSettings(time_limit=time_limit))
+
+
+def where(result: TrialResult, item: str) -> str:
+    return next(placed.location for placed in result.after.items if placed.item.name == item)
+
+
+def test_an_item_moves_out_of_a_bin_in_which_another_gives_more_points(cell: Cell) -> None:
+    result = exchanged(ScriptedTrial(scene_of(POINTS, cell)), most=4)
+    assert where(result, DVD) in ("bin_A", "bin_B")
+    moved = [attempt for attempt in result.attempts if attempt.is_aside]
+    assert [attempt.outcome for attempt in moved] == [Outcome.MOVED] and moved[0].out_of == where(result, DVD)
+    assert result.score.total == result.score.maximum
+
+
+def test_no_time_is_spent_on_points_that_open_targets_may_need(cell: Cell) -> None:
+    result = exchanged(ScriptedTrial(scene_of(POINTS, cell)), most=4, time_limit=60.0)
+    assert outcome(result, DVD) is Outcome.DELIVERED and where(result, DVD) not in ("bin_A", "bin_B")
+    assert not any(attempt.is_aside for attempt in result.attempts)
+
+
+def test_what_was_stowed_stays_where_it_gives_its_points(cell: Cell) -> None:
+    """The DVD could take the place of nothing but the cards, which were stowed before."""
+    order = replace(POINTS, bin_contents={name: (BAR,) * (5 if name == "bin_A" else 1) for name in BINS})
+    fake = ScriptedTrial(scene_of(order, cell))
+
+    def plan(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
+        has_cards = CARDS in {placed.item.name for placed in scene.in_location("bin_A")}
+        if query.item == DVD and (not fake.executed or (has_cards and query.into == "bin_A")):
+            fake.asked.append((DVD, "bin_A"))
+            raise NoPlanError(f"pick {DVD}", [Reason("no free place on the floor", query.into)])
+        return fake.plan(scene, query, start, seed, certify)
+
+    result = run_trial(order, replace(fake.interfaces(), plan=plan), TrialSettings())
+    assert where(result, CARDS) == "bin_A" and where(result, DVD) != "bin_A"
+    assert (DVD, "bin_A") in fake.asked
+    assert not any(attempt.is_aside for attempt in result.attempts)
