@@ -60,12 +60,14 @@ class Link:
         bodies: Collision shapes, each with its name and its pose in the link frame.
         inertial: Mass, centre of mass and inertia in the link frame.
         states_mass: Whether the URDF states a mass; else ``inertial`` is assumed from the shapes.
+        corrects_inertia: Whether the URDF states an inertia that no body has, replaced by that of a box.
     """
 
     name: str
     bodies: tuple[Body, ...]
     inertial: Inertial
     states_mass: bool = True
+    corrects_inertia: bool = False
 
 
 def massless_link(name: str) -> Link:

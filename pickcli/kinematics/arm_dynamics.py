@@ -25,6 +25,11 @@ class ArmDynamics:
     def __init__(self, arm: Arm, tool_state: ToolState, held: HeldBody | None = None) -> None:
         self._arm, self._chain, self._held = arm, arm.chain(tool_state), held
 
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of the efforts."""
+        return self._arm.names
+
     @cached_property
     def _bodies(self) -> tuple[Array, Array, Array]:
         """Masses (L,), centres (L, 3) and inertias (L, 3, 3) of what is fixed to the chain's frames."""

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from pickcli.cell.cell import AllowedPair, Cell
 from pickcli.cell.checks.arm_consistency import source_of_arm
 from pickcli.cell.checks.plausibility import warn_of_masses
+from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.workcell import Workcell
@@ -16,6 +19,9 @@ from pickcli.files.file_kind import CELL
 from pickcli.files.file_warnings import ACCEPTED, FEW, FileWarnings
 from pickcli.files.source import Key, Source, name_of
 from pickcli.files.yaml_reader import read_yaml
+from pickcli.kinematics.arm import Arm
+from pickcli.kinematics.arm_dynamics import ArmDynamics
+from pickcli.planning.assembly.proven_timing import MOTOR_SHARE
 from pickcli.precompute.empty_cell_checkers import checker, why_not_free
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.belt_reachability import HEIGHTS, SPACING, reached_travel
@@ -77,6 +83,7 @@ def check_cell(
         n_free += len(meant) - len(not_free)
         mistakes += _mistakes(source, cell, not_free)
         warn_of_masses(noted, cell)
+        _warn_of_motors(noted, cell)
         _warn_of_pairs(noted, cell, not_free)
         _warn_of_windows(noted, cell)
         reached = tuple(_reaches(cell, n_poses, seed, on_progress))
@@ -184,6 +191,34 @@ def _warn_of_configurations(warnings: FileWarnings, cell: Cell, reaches: Sequenc
         text += f"poses in {each.place}; apc suggest-configurations finds a better one"
         poor[each.configuration] = (key, text)
     warnings.add_alike("poor_configuration", poor, ("configurations",), "are they those of this cell?")
+
+
+def _warn_of_motors(warnings: FileWarnings, cell: Cell) -> None:
+    """Warn of motors that do not bear the arm at rest in a named configuration, without a load."""
+    robot = cell.robot
+    arm, most = Arm(robot), np.array([robot.motor_forces[name] for name in robot.joint_names])
+    worst: dict[str, tuple[float, str]] = {}
+    for named in cell.configurations.values():
+        q = np.asarray(named.q)[None]
+        needed = np.abs(ArmDynamics(arm, named.tool_state).efforts(q, 0.0 * q, 0.0 * q))[0]
+        for name, effort, its in zip(robot.joint_names, needed, most, strict=True):
+            if effort > max(MOTOR_SHARE * its, worst.get(name, (0.0, ""))[0]):
+                worst[name] = effort, named.name
+    weak: dict[str, tuple[Key, str]] = {
+        name: (
+            ("robot", "motor_forces", name),
+            f"in {at} {effort:.3g} {_unit(robot, name)} bear the arm at rest, over {MOTOR_SHARE:.0%} of its "
+            "motor: no motion leads there; correct it, or the masses in the URDF",
+        )
+        for name, (effort, at) in worst.items()
+    }
+    warnings.add_alike(
+        "weak_motor", weak, ("robot", "motor_forces"), "are the masses in the URDF in kg, not g?"
+    )
+
+
+def _unit(robot: Robot, joint: str) -> str:
+    return "N" if robot.units[robot.joint_names.index(joint)] == "m" else "Nm"
 
 
 def _warn_of_windows(warnings: FileWarnings, cell: Cell) -> None:

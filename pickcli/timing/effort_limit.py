@@ -37,6 +37,20 @@ class EffortLimit:
     def __str__(self) -> str:
         return "what the motors may exert"
 
+    def broken_at_rest(self, q: Array) -> str:
+        """Say which motor is too weak to bear the arm at rest (see ``PathConstraint``).
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            The limit and the motor that lacks most.
+        """
+        rest = np.zeros((1, len(q)))
+        needed = np.abs(self.dynamics.efforts(q[None], rest, rest)[0])
+        j = int(np.argmax(needed / self.most))
+        return f"{self}: {self.dynamics.joints[j]} needs {needed[j]:.4g}, {self.most[j]:.4g} may be used"
+
     def is_kept(self, trajectory: Trajectory) -> bool:
         """Whether the efforts during a motion keep the limits, at states at most ``STEP`` apart.
 

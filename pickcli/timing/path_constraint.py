@@ -64,6 +64,17 @@ class PathConstraint(Protocol):
         """
         ...
 
+    def broken_at_rest(self, q: Array) -> str:
+        """Say what is broken by rest.
+
+        Args:
+            q: (n,) configuration at which not even rest keeps the constraint.
+
+        Returns:
+            The limit, with figures where there are any.
+        """
+        ...
+
 
 @dataclass(frozen=True)
 class PathConstraints:
@@ -104,3 +115,16 @@ class PathConstraints:
             (M,) at least 1; inf if not even rest keeps them.
         """
         return np.asarray(np.max([part.time_scale(q, velocity, acceleration) for part in self.parts], axis=0))
+
+    def broken_at_rest(self, q: Array) -> str:
+        """Say which of the constraints are broken by rest.
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            The limits, with figures where there are any.
+        """
+        rest = np.zeros((1, len(q)))
+        broken = (part for part in self.parts if not np.isfinite(part.time_scale(q[None], rest, rest)).all())
+        return " and ".join(part.broken_at_rest(q) for part in broken)

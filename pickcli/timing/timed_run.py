@@ -160,8 +160,11 @@ def _check_rest(curve: BlendedPath, constraint: PathConstraint) -> None:
     q = curve.evaluate(np.linspace(0.0, curve.length, int(np.ceil(curve.length / PLANE_STEP)) + 1))
     needed = constraint.time_scale(q, np.zeros_like(q), np.zeros_like(q))
     if not np.isfinite(needed).all():
-        share = f"{np.argmax(needed) / max(len(q) - 1, 1):.0%} of the way"
-        raise NoPlanError("a timed path", [Reason("limit broken even at rest", share, str(constraint))])
+        worst = int(np.argmax(needed))
+        where = f"{worst / max(len(q) - 1, 1):.0%} of the way"
+        raise NoPlanError(
+            "a timed path", [Reason("limit broken even at rest", where, constraint.broken_at_rest(q[worst]))]
+        )
 
 
 def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> float:

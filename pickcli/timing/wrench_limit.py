@@ -50,6 +50,17 @@ class WrenchLimit:
     def __str__(self) -> str:
         return f"{self.share:.2f} of what {self.limits.bearer}"
 
+    def broken_at_rest(self, q: Array) -> str:
+        """Say what is broken by rest (see ``PathConstraint``).
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            The limit.
+        """
+        return str(self)
+
     def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
         """Compute polygons inscribed in the limits of the wrench (see ``PathConstraint``).
 

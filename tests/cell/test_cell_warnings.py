@@ -14,6 +14,7 @@ from pickcli.cell.cell_file import cell_names, load_cell, load_workcell
 from pickcli.cell.checks.cell_warnings import CELL_WARNINGS
 from pickcli.cell.checks.plausibility import warn_of_masses
 from pickcli.cell.data_path import data_path
+from pickcli.cell.inertial import is_possible
 from pickcli.files.file_kind import CELL
 from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.yaml_reader import read_yaml
@@ -177,6 +178,17 @@ def test_a_link_of_grams_is_told(cell_copy: CellCopy) -> None:
     warn_of_masses(noted, cell_copy.load())
     (warning,) = noted.lines
     assert "of 5000 kg has shapes too small for it" in warning and "heavy_link" in warning
+
+
+def test_an_inertia_that_no_body_has_is_told_and_replaced(cell_copy: CellCopy) -> None:
+    noted = FileWarnings.of(read_yaml(cell_copy.yaml.path, CELL))
+    text = cell_copy.urdf.path.read_text()
+    cell_copy.urdf.path.write_text(re.sub('ixx="[^"]*"', 'ixx="1e6"', text))
+    cell = cell_copy.load()
+    warn_of_masses(noted, cell)
+    (warning,) = noted.lines
+    assert "states an inertia that no body has" in warning and "odd_inertia" in warning
+    assert all(is_possible(link.inertial.inertia) for link in cell.robot.links)
 
 
 def test_a_hand_needs_what_closes_it_and_looks_outwards(cell_copy: CellCopy) -> None:

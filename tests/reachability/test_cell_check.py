@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -107,3 +108,10 @@ def test_an_allowed_pair_that_is_apart_hides_a_contact(cell_copy: CellCopy) -> N
     (warning,) = check_cell(load_workcell(cell_copy.folder), 1).warnings
     assert f"cell.yaml:{line}:5: allowed_pairs[3]: lance and table are apart in " in warning
     assert "untested_pair:lance-table" in warning
+
+
+def test_a_motor_that_does_not_bear_the_arm_is_told_where(cell_copy: CellCopy) -> None:
+    line = cell_copy.yaml.replace("joint_e: 120,", "joint_e: 1,")
+    (warning,) = check_cell(load_workcell(cell_copy.folder), 1).warnings
+    assert f"cell.yaml:{line}:" in warning and "weak_motor:joint_e" in warning
+    assert re.search(r"in \w+ [\d.]+ Nm bear the arm at rest, over 90% of its motor", warning)

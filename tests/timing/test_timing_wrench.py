@@ -148,6 +148,9 @@ def test_linear_programs_agree_with_the_closed_form_of_joint_limits(waypoints: A
         def time_scale(self, q: Array, velocity: Array, acceleration: Array) -> Array:
             return np.ones(len(q))
 
+        def broken_at_rest(self, q: Array) -> str:
+            return "nothing"
+
     curve = blend(waypoints, 0.02)
     loose = replace(limits(), acceleration=1e6 * limits().acceleration)
     by_programs = grid_of(curve, loose, JointAccelerations())

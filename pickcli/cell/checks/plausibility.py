@@ -211,7 +211,7 @@ def _slow(warnings: FileWarnings, cell: Cell) -> None:
 
 
 def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
-    """Warn of moving links without a mass, or with one that no material has; only simulation uses masses.
+    """Warn of moving links whose mass or inertia is not stated, or is one that no body has.
 
     Args:
         warnings: Collects them.
@@ -230,6 +230,18 @@ def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
         if link.name in moved and link.bodies and not link.states_mass
     }
     warnings.add_alike("no_mass", found, ("robot", "urdf"), "state the masses of the links in the URDF")
+    turned: dict[str, tuple[Key, str]] = {
+        link.name: (
+            ("robot", "urdf"),
+            f"link {link.name!r} states an inertia that no body has: that of the box around its shapes is "
+            "used; correct it",
+        )
+        for link in cell.robot.links
+        if link.name in moved and link.corrects_inertia
+    }
+    warnings.add_alike(
+        "odd_inertia", turned, ("robot", "urdf"), "are they about the centres of mass, in kg m^2?"
+    )
     heavy: dict[str, tuple[Key, str]] = {}
     for link in cell.robot.links:
         volume = sum(float(np.prod(body.shape.extents)) for body in link.bodies)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -38,23 +37,22 @@ def read_link(element: Element, meshes: MeshNames, mistakes: XmlMistakes) -> Lin
     for i, collision in enumerate(element.all("collision")):
         bodies += mistakes.tried(partial(_bodies, collision, f"{name}_{i}", meshes), [])
     inertial = element.optional("inertial")
-    stated = None if inertial is None else mistakes.tried(partial(_stated_inertial, inertial, bodies), None)
+    stated = None if inertial is None else mistakes.tried(partial(_stated_inertial, inertial), None)
     if stated is None:
         return Link(name, tuple(bodies), assumed_inertial(bodies), states_mass=False)
-    return Link(name, tuple(bodies), stated)
+    if is_possible(stated.inertia):
+        return Link(name, tuple(bodies), stated)
+    in_box = replace(stated, inertia=box_inertia(stated.mass, bodies))
+    return Link(name, tuple(bodies), in_box, corrects_inertia=bool(stated.inertia.any()))
 
 
-def _stated_inertial(element: Element, bodies: Sequence[Body]) -> Inertial | None:
-    """Mass properties in the link; None for a mass of 0.
-
-    An inertia that is missing, or that no body has, is that of the box around the shapes.
-    """
+def _stated_inertial(element: Element) -> Inertial | None:
+    """Mass properties in the link, even if no body has them; None for a mass of 0."""
     mass, T_link_inertia = _mass(element), read_origin(element)
     if mass == 0.0:
         return None
-    R, inertia = T_link_inertia[:3, :3], _inertia(element)
-    own = R @ inertia @ R.T if is_possible(inertia) else box_inertia(mass, bodies)
-    return Inertial(mass, T_link_inertia[:3, 3], own)
+    R = T_link_inertia[:3, :3]
+    return Inertial(mass, T_link_inertia[:3, 3], R @ _inertia(element) @ R.T)
 
 
 def _mass(inertial: Element) -> float:
