@@ -96,7 +96,7 @@ def test_what_needs_places_says_so_in_a_sentence(
 def test_a_move_claims_no_checks_of_items(cell: Path, move: Path) -> None:
     checks = json.loads(apc("verify", move, "--cell", cell, "--json").out)["certificate"]["checks"]
     kinds = [check.partition(":")[0] for check in checks]
-    assert kinds == ["structure", "clearance", "limits", "lines", "tool speed", "events"]
+    assert kinds == ["structure", "clearance", "limits", "lines", "tool speed", "motors", "events"]
 
 
 def test_a_tool_that_no_joint_moves_never_moves(cell: Path, move: Path, tmp_path: Path) -> None:
