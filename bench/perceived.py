@@ -71,9 +71,9 @@ from pickcli.random_scenes.leaning_items import leaning_items
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
-from pickcli.trial.camera_looks import PRINTS_OF_TRIALS
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
+from pickcli.trial.simulated_cameras import PRINTS_OF_TRIALS
 
 SENSORS = ("ensenso", "carmine", "kinect_v2")
 GOOD_MM, GOOD_DEG, WRONG_MM, RIGHT_MM = 10.0, 10.0, 30.0, 2.0

@@ -2,16 +2,15 @@
 
 In each bin, and each other place with a mouth at the front, items are found in pictures that the best placed
 depth camera takes in one of the arm's configurations for that, and, if the arm moves it, aslant from both
-sides: what two of them agree on is sure. The true scene is rendered with the noise of the sensor, and
-nothing else is taken from it. What is in each place is known from the order and from what the robot has done;
-once the tool was in a place, what was seen in it is forgotten, as soon as a camera can be brought there
-again. Copies of an item have the names that the trial judges them by.
+sides: what two of them agree on is sure. Only the pictures are of the true scene. What is in each place is
+known from the order and from what the robot has done; once the tool was in a place, what was seen in it is
+forgotten, as soon as a camera can be brought there again. Copies of an item have the names that the trial
+judges them by.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -19,55 +18,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
-from pickcli.cell.sensors.mounted_camera import MountedCamera, MountError
-from pickcli.errors import InputError
-from pickcli.geometry import Array, pose, rotation_axis_angle, transform_points
+from pickcli.cell.sensors.mounted_camera import MountError
+from pickcli.geometry import Array, pose, transform_points
 from pickcli.perception.believed_scene import believed_items, never_seen, unknown_in
-from pickcli.perception.depth_picture import measure_depth
 from pickcli.perception.items.agreement import matched
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.perceived_file import Perceived
-from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
-from pickcli.perception.mount_calibration import MountCalibration, PodLook, calibrated_mounts, camera_in_pod
+from pickcli.perception.mount_calibration import MountCalibration
 from pickcli.perception.next_view import hiding_items, next_views
 from pickcli.perception.perceived_picture import perceived_picture
-from pickcli.perception.photograph import photograph
-from pickcli.perception.pod_fit import CameraFit
-from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import RenderedScene
-from pickcli.perception.surface_view import FloatPicture
 from pickcli.perception.viewpoints import Viewpoint, further_viewpoints, viewpoints_of
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene, empty_scene
-from pickcli.seeds import derived_rng, derived_seed
+from pickcli.trial.simulated_cameras import PlacePicture, SimulatedCameras
 from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedItem, ReachedViews, Touched
 
 if TYPE_CHECKING:  # it needs OpenCV
     from pickcli.perception.items.print_search import PrintSearch
 
-PRINTS_OF_TRIALS = 1  # seed of the prints on items: models of colours know set 0, those of prints this one
-_EXACT = MountError(0.0, 0.0)
 N_NEXT = 3  # pictures of a place in which something is refused
 _DRAWN = 640  # px, about the width of a drawing of answers
 MOST_PICTURES = 6  # of an unchanged place: what they have not shown others will not
-
-
-@dataclass(frozen=True, eq=False)
-class _Picture:
-    """A picture of a place.
-
-    at_pod: The camera relative to the pod in it; None if that is not located.
-    """
-
-    viewpoint: Viewpoint
-    depth: FloatPicture
-    colour: ColourPicture
-    at_pod: CameraFit | None
-
-    def rgbd(self, T_world_camera: Array) -> RgbdPicture:
-        """The picture, with the camera at a pose."""
-        return RgbdPicture(self.viewpoint.camera.model, T_world_camera, self.depth, self.colour)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +51,7 @@ class _Seen:
     looks: one for each picture
     """
 
-    pictures: tuple[_Picture, ...]
+    pictures: tuple[PlacePicture, ...]
     looks: tuple[PlaceLook, ...]
     observed: PlaceObservation
     T_world_about: Array
@@ -115,10 +88,8 @@ class CameraLooks:
         prints: PrintSearch | None = None,
     ) -> None:  # fmt: skip
         cell = true.cell
-        self._cell, self._around, self._seed = cell, around, around.seed
-        self._hand_eye, self._prints = hand_eye, prints
-        self._hall_seed = derived_seed("hall", around.seed)
-        self._deformed_seed = derived_seed("deformed looks", around.seed) if deformed else None
+        self._cell, self._around, self._prints, self._deformed = cell, around, prints, deformed
+        self._cameras = SimulatedCameras(around.seed, hand_eye, deformed)
         self._viewpoints = {
             name: viewpoints_of(place, cell)
             for name, place in cell.places.items()
@@ -252,11 +223,13 @@ class CameraLooks:
         views = {name: tuple(filter(reached.has, views)) for name, views in self._next_views.items()}
         views = {name: found for name, found in views.items() if found}
         pictures = {
-            name: [self._picture(name, viewpoint, (true, around), number) for viewpoint in found]
+            name: [self._cameras.picture(name, viewpoint, true, around, number) for viewpoint in found]
             for name, found in views.items()
         }
         if self._pod is None:
-            self._pod = self._located((each for taken in pictures.values() for each in taken), around)
+            self._pod = self._cameras.located_pod(
+                (each for taken in pictures.values() for each in taken), around
+            )
         around = self._with_pod(around)
         for name, taken in pictures.items():
             before = None if name in self._taken else self._seen.get(name)
@@ -295,40 +268,12 @@ class CameraLooks:
             return scene
         return replace(scene, T_world_pod=self._pod.T_world_pod, pod_error=self._pod.error)
 
-    def _picture(self, name: str, viewpoint: Viewpoint, scenes: tuple[Scene, Scene], number: int) -> _Picture:
-        """Take a picture of a place of the true scene; the pod is located in it by what is known around."""
-        (true, around), camera, at = scenes, viewpoint.camera, viewpoint.at
-        model, T_true = camera.model, viewpoint.T_world_camera @ self._off(camera)
-        rendered = RenderedScene.of(replace(true, held=None), at.q, at.tool_state, self._deformed_seed)
-        seed = derived_seed("look", self._seed, number, name, at.name)
-        depth = measure_depth(rendered, model, T_true, seed)
-        colour = photograph(rendered, model.camera, T_true, PRINTS_OF_TRIALS, self._hall_seed, seed)
-        at_pod = None
-        if name in true.cell.pod.bins and model.depth is not None:
-            picture = replace(depth, T_world_camera=viewpoint.T_world_camera)
-            with suppress(InputError):  # then the camera is taken to be where it is stated
-                at_pod = camera_in_pod(picture, true.cell, model.depth, around.T_world_pod)
-        return _Picture(viewpoint, depth.depth, colour, at_pod)
-
-    def _located(self, pictures: Iterable[_Picture], around: Scene) -> MountCalibration | None:
-        """The pod as pictures show it; None if none does."""
-        looks = [
-            PodLook(
-                replace(each.viewpoint.camera, error=self._mount_error(each.viewpoint.camera)),
-                each.viewpoint.T_world_camera,
-                each.at_pod,
-            )
-            for each in pictures
-            if each.at_pod is not None
-        ]
-        return calibrated_mounts(looks, around.T_world_pod) if looks else None
-
     def _perceived(
-        self, name: str, pictures: Sequence[_Picture], around: Scene, before: _Seen | None = None
+        self, name: str, pictures: Sequence[PlacePicture], around: Scene, before: _Seen | None = None
     ) -> _Seen:
         """Find what is listed to be in a place in new pictures of it, beside what was seen before."""
         listed = tuple(
-            ListedItem.of(item_id, self._products[item_id], self._deformed_seed is not None)
+            ListedItem.of(item_id, self._products[item_id], self._deformed)
             for item_id, places in self._may_be_in.items()
             if name in places
         )
@@ -346,7 +291,7 @@ class CameraLooks:
         return _Seen(tuple(pictures), looks, observed, T_about, error, drawn)
 
     def _look_of(
-        self, name: str, picture: _Picture, around: Scene, listed: Sequence[ListedItem]
+        self, name: str, picture: PlacePicture, around: Scene, listed: Sequence[ListedItem]
     ) -> PlaceLook:
         """Search in a picture, from where the camera is relative to the pod in it."""
         viewpoint, place = picture.viewpoint, around.cell.places[name]
@@ -360,14 +305,16 @@ class CameraLooks:
         """All that is known to be seen from a viewpoint, without items."""
         return RenderedScene.of(replace(around, items=()), viewpoint.at.q, viewpoint.at.tool_state)
 
-    def _off_alike(self, name: str, pictures: Sequence[_Picture], around: Scene) -> tuple[Array, MountError]:
+    def _off_alike(
+        self, name: str, pictures: Sequence[PlacePicture], around: Scene
+    ) -> tuple[Array, MountError]:
         """By how much all that is seen in a place may be off alike, and about which pose (4, 4).
 
         What is found relative to the pod is off with it, about the middle of the place. In a picture in which
         the pod is not located it is off with the camera, and what is known of the place is off with the pod.
         """
         viewpoint, place = pictures[0].viewpoint, around.cell.places[name]
-        mount = self._mount_error(viewpoint.camera)
+        mount = self._cameras.mount_error(viewpoint.camera)
         if self._pod is None or name not in around.cell.pod.bins:
             return viewpoint.T_world_camera, mount
         middle = transform_points(place.T_carrier_place, (place.room.low + place.room.high)[None] / 2)[0]
@@ -377,16 +324,6 @@ class CameraLooks:
             away = max(float(np.linalg.norm(T_world_middle[:3, 3] - T[:3, 3])) for T in unlocated)
             position, angle = position + mount.position + mount.angle * away, angle + mount.angle
         return T_world_middle, MountError(position, angle)
-
-    def _off(self, camera: MountedCamera) -> Array:
-        """Pose (4, 4) of the true camera in the frame of the stated one: the same in the whole trial."""
-        if not self._hand_eye:
-            return np.eye(4)
-        rng = derived_rng("hand-eye", self._seed, camera.name)
-        shift, turn = rng.standard_normal(3), rng.standard_normal(3)
-        shift *= camera.error.position * rng.random() ** (1 / 3) / np.linalg.norm(shift)
-        angle = camera.error.angle * float(rng.random() ** (1 / 3))
-        return pose(shift, R=rotation_axis_angle(turn / np.linalg.norm(turn), angle))
 
     def _settle(self, looked_into: Iterable[str]) -> tuple[str, ...]:
         """Decide where items are that were looked for in several places; return where they are no more."""
@@ -432,9 +369,6 @@ class CameraLooks:
         """The answers of the last look into a place, with bounds that hold the error of the pod's pose."""
         seen = self._seen[name]
         return list(believed_items(seen.observed, seen.T_world_about, seen.error))
-
-    def _mount_error(self, camera: MountedCamera) -> MountError:
-        return camera.error if self._hand_eye else _EXACT
 
     def _note(
         self, views: Mapping[str, Sequence[Viewpoint]], true: Scene, number: int, reached: ReachedViews

@@ -57,7 +57,8 @@ class TrialSettings:
         if self.perception is PerceptionKind.NOISE:
             return bounded
         # They render, which other trials need not load.
-        from pickcli.trial.camera_looks import PRINTS_OF_TRIALS, CameraLooks
+        from pickcli.trial.camera_looks import CameraLooks
+        from pickcli.trial.simulated_cameras import PRINTS_OF_TRIALS
 
         prints = None
         if self.sift is not None:

@@ -27,7 +27,8 @@ from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.simulation.reality import IDEAL
-from pickcli.trial.camera_looks import PRINTS_OF_TRIALS, CameraLooks, with_names_of_copies
+from pickcli.trial.camera_looks import CameraLooks, with_names_of_copies
+from pickcli.trial.simulated_cameras import PRINTS_OF_TRIALS
 from pickcli.trial.trial_perception import BoundedErrors, ReachedViews, Touched, true_poses
 
 ITEM = "crayola_24_ct"
