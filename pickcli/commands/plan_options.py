@@ -18,6 +18,7 @@ from pickcli.commands.experience_session import ExperienceSession, experience_se
 from pickcli.commands.logs import stage
 from pickcli.commands.options import (
     approach_option,
+    drop_from_option,
     json_option,
     output_option,
     passed_as,
@@ -175,14 +176,17 @@ class PickOptions(PlanOptions):
 
     Attributes:
         approach: Where the grasps come from.
+        drop_from: From where items are dropped into a tote.
     """
 
     approach: str
+    drop_from: str
 
     def _context(self, cell: Cell) -> PlanningContext:
-        from pickcli.planning.pick_settings import GraspApproach
+        from pickcli.planning.pick_settings import DropFrom, GraspApproach
 
-        return super()._context(cell).with_approach(GraspApproach(self.approach))
+        context = super()._context(cell).with_approach(GraspApproach(self.approach))
+        return context.dropping_from(DropFrom(self.drop_from))
 
 
 def verify_option(function: F) -> F:
@@ -209,7 +213,7 @@ def pick_options(function: F) -> F:
         The command with the options, which are passed to it as ``options``, a ``PickOptions``.
     """
     shared = plan_options("the preferred one of those that hold and reach the item", PickOptions)
-    return approach_option(shared(function))
+    return approach_option(drop_from_option("inside")(shared(function)))
 
 
 def plan_options(default_arm: str, of: type[PlanOptions] = PlanOptions) -> Callable[[F], F]:

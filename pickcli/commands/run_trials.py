@@ -224,6 +224,7 @@ def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
         "strategy": job.conditions.strategy.name,
         "stow_rule": str(job.conditions.stow_rule),
         "approach": str(job.arms[0].context.settings.approach),
+        "drop_from": str(job.arms[0].context.settings.drop_from),
         "reality": job.conditions.reality.as_dict(),
         "inputs": job.inputs,
     }

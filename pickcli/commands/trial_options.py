@@ -18,6 +18,7 @@ from pickcli.commands.named_camera import sift_option
 from pickcli.commands.options import (
     approach_option,
     cell_option,
+    drop_from_option,
     items_option,
     passed_as,
     reality_option,
@@ -120,6 +121,7 @@ class TrialOptions:
         strategy_name: Name or file of the strategy.
         stow_rule: Name of the rule by which bins are chosen.
         approach: Where grasps come from.
+        drop_from: From where items are dropped into a tote.
         pod_shift: Displacement of the pod in m and rad, "random" or "none"; None if not stated.
         reality_path: File of the levels of reality; None for the default levels.
         cell_name: Name or folder of the cell.
@@ -136,6 +138,7 @@ class TrialOptions:
     strategy_name: str
     stow_rule: str
     approach: str
+    drop_from: str
     pod_shift: Displacement | str | None
     reality_path: Path | None
     cell_name: str
@@ -185,13 +188,14 @@ class TrialOptions:
         Returns:
             The contexts, in the same order.
         """
-        from pickcli.planning.pick_settings import GraspApproach
+        from pickcli.planning.pick_settings import DropFrom, GraspApproach
 
-        named, approach = (self.roadmap, self.trajectories), GraspApproach(self.approach)
-        return [
-            load_context(cell, *named, build_missing=True, jobs=self.jobs).with_approach(approach)
+        approach, drop_from = GraspApproach(self.approach), DropFrom(self.drop_from)
+        contexts = (
+            load_context(cell, self.roadmap, self.trajectories, build_missing=True, jobs=self.jobs)
             for cell in cells
-        ]
+        )
+        return [context.with_approach(approach).dropping_from(drop_from) for context in contexts]
 
     def conditions(self, reality: Reality) -> TrialConditions:
         """Return the conditions of the trials.
@@ -271,7 +275,7 @@ def trial_options(function: F) -> F:
     for option in (  # the last is the first in the help
         jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
         cell_option, reality_option, pod_shift_option("random, unless --reality says otherwise"),
-        approach_option, stow_rule_option, strategy_option, pose_noise_option,
+        approach_option, drop_from_option("rim"), stow_rule_option, strategy_option, pose_noise_option,
         sift_option(SiftViews.ALL.value, " by camera"), perception_option,
     ):  # fmt: skip
         function = option(function)

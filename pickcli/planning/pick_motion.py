@@ -129,6 +129,11 @@ class PlaceMotion:
         return self.inward[0].start
 
     @property
+    def ends_at_release(self) -> bool:
+        """Whether the arm stays where it lets the item go."""
+        return not any(segment.has_length for segment in self.away)
+
+    @property
     def holding_state(self) -> ToolState:
         """State of the tool while it holds the item."""
         return self.inward[0].mode.tool_state

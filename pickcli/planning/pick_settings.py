@@ -24,12 +24,20 @@ class GraspApproach(StrEnum):
     LINES_THEN_REGION = "lines-then-region"  # a region query where no fixed candidate succeeds
 
 
+class DropFrom(StrEnum):
+    """From where an item is dropped into a tote or another open box."""
+
+    INSIDE = "inside"  # between the walls, low over what lies there
+    RIM = "rim"  # over the rim, where that is not too high: without the way down and up again
+
+
 @dataclass(frozen=True)
 class PickSettings:
     """Shape of a pick and effort of the search (counted, not timed).
 
     Attributes:
         approach: Where the grasps come from.
+        drop_from: From where items are dropped into open boxes.
         approach_offset: m, length of the approach along the tool axis.
         first_stretch: m, first part of the lift, in which support and neighbours may be touched.
         approach_speed: m/s of the tool on the approach.
@@ -52,6 +60,7 @@ class PickSettings:
     """
 
     approach: GraspApproach = GraspApproach.LINES
+    drop_from: DropFrom = DropFrom.INSIDE
     approach_offset: float = 0.04
     first_stretch: float = 0.053
     approach_speed: float = 0.35

@@ -16,7 +16,7 @@ from pickcli.grasping.grasp_method import GraspMethod
 from pickcli.grasping.method_choice import grasp_method
 from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.planning.pick_settings import DEFAULTS, GraspApproach, PickSettings
+from pickcli.planning.pick_settings import DEFAULTS, DropFrom, GraspApproach, PickSettings
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from pickcli.scene.scene import Scene
@@ -82,6 +82,17 @@ class PlanningContext:
             The context, the same except for that.
         """
         return replace(self, settings=replace(self.settings, approach=approach))
+
+    def dropping_from(self, drop_from: DropFrom) -> PlanningContext:
+        """Return a context whose picks drop items into open boxes from elsewhere.
+
+        Args:
+            drop_from: From where.
+
+        Returns:
+            The context, the same except for that.
+        """
+        return replace(self, settings=replace(self.settings, drop_from=drop_from))
 
     def configurations_at(self, place: Place) -> list[Array]:
         """Return the configurations that the cell names for a place.

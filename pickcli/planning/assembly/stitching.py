@@ -18,6 +18,7 @@ from pickcli.io_events.event_binding import bound_events
 from pickcli.io_events.resolve import resolve
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.carried_motion import carried_motion
+from pickcli.planning.assembly.item_release import motion_after_release, time_at_release
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import PickMotion
@@ -58,14 +59,13 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     """
     context, scene = problem.context, problem.scene
     to_item = scaled_segments(context.cell.speed_scale, [motion.transit, *motion.taking.inward])
-    away = scaled_segments(context.cell.speed_scale, motion.placement.away)
     first = proven_run(context, scene, to_item)
     if isinstance(first, Failures):
         return first
     carried = carried_motion(problem, motion)
     if isinstance(carried, Failures):
         return carried
-    last = proven_run(context, motion.placement.scene, away)
+    last = motion_after_release(context, motion.placement)
     if isinstance(last, Failures):
         return last
     rests = context.method.rests(context.cell.devices, context.settings.release_time)
@@ -75,8 +75,10 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     trajectory, segments = joined([
         PlanPart(to_item, first, rests.taking, closing if closes else None),
         *parts,
-        replace(release, rest=rests.releasing, at_rest=opening if closes else None),
-        PlanPart(away, last),
+        replace(
+            release, rest=time_at_release(context, motion.placement), at_rest=opening if closes else None
+        ),
+        last,
     ])  # fmt: skip
     scheduled = bound_events(context.cell, segments, trajectory, rests.taking, rests.releasing)
     if isinstance(scheduled, Failures):

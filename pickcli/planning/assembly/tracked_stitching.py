@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.device import DeviceKind, device_of
 from pickcli.collision.collision_world import build_world
 from pickcli.collision.motion_segment import Mode, MotionSegment, at_rest, scaled_segments
 from pickcli.errors import Failures, Reason
@@ -25,7 +24,8 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.grip_load import carried_load
-from pickcli.planning.assembly.proven_timing import BETWEEN, proven_run
+from pickcli.planning.assembly.item_release import motion_after_release, time_at_release
+from pickcli.planning.assembly.proven_timing import BETWEEN
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven, why_not_swept
 from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit, PickMotion
@@ -42,7 +42,6 @@ SAME_TIME = 1e-9  # s
 PACED_LEAVING = (
     MOST_PACE**-3
 )  # of the limits: off the belt the plan still has its pace, whose cube the jerk has
-LET_GO = 0.05  # s at rest over a rim at the end of a plan, in which the item has left the cup
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +212,7 @@ def _timed(
     transfer = carried_motion(meeting.after, replace(carried, taking=replace(carried.taking, outward=())))
     if isinstance(transfer, Failures):
         return transfer
-    last = _away(meeting, carried)
+    last = motion_after_release(meeting.after.context, carried.placement)
     if isinstance(last, Failures):
         return last
     rests = context.method.rests(context.cell.devices, context.settings.release_time)
@@ -232,14 +231,10 @@ def _timed(
     slowing = RestingRun.of(context.arm.names, carried.taking.end, falling.duration)
     *parts, release = transfer.parts
     opening = carried.placement.away[0] if closes else None
-    stays = not any(segment.has_length for segment in carried.placement.away)
-    # Off a coarse motion the valve closes only once the arm rests, as the item would be thrown otherwise.
-    valve_lead = device_of(context.cell.devices, DeviceKind.VALVE).lead if stays else 0.0
-    releasing = rests.releasing + valve_lead
     left = (
         *([PlanPart([leaves], slowing, continues=True)] if falling.rests else []),
         *parts,
-        replace(release, rest=releasing, at_rest=opening),
+        replace(release, rest=time_at_release(context, carried.placement), at_rest=opening),
         last,
     )
     return _TimedParts(
@@ -259,16 +254,6 @@ def _paced(carried: PickMotion) -> PickMotion:
     placement = replace(carried.placement, inward=tuple(each.scaled(PACED_LEAVING) for each in inward))
     segments = tuple(each.scaled(PACED_LEAVING) for each in transfer.segments)
     return replace(carried, transfer=replace(transfer, segments=segments, placement=placement))
-
-
-def _away(meeting: Meeting, carried: PickMotion) -> PlanPart | Failures:
-    """Time the way from where the item is released; from over a rim there is none: the plan ends there."""
-    context, away = meeting.after.context, carried.placement.away
-    moving = scaled_segments(context.cell.speed_scale, away)
-    if not moving:
-        return PlanPart(away, RestingRun.of(context.arm.names, away[0].start, LET_GO))
-    run = proven_run(context, carried.placement.scene, moving)
-    return run if isinstance(run, Failures) else PlanPart(moving, run)
 
 
 def _offset(tracked: TrackedMotion, t: float) -> float:

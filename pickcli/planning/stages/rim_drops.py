@@ -1,8 +1,8 @@
 """Drops from over the rim of a walled place: the arm stops there, lets the item go, and can leave at once.
 
-A belt does not wait: the straight way down between the walls and up again is a fifth of a cycle. An item that
-is wholly over the rim may be dropped from there if its fall to the floor is within what every drop may have.
-Whatever lies between the walls is below the empty tool, so that the next motion begins where this one ends.
+The straight way down between the walls and up again is a fifth of a cycle, and a belt does not wait. An item
+that is wholly over the rim may be dropped from there if its fall to the floor is within what every drop may
+have. Whatever lies between the walls is below the empty tool, so the next motion begins where this one ends.
 """
 
 from __future__ import annotations
