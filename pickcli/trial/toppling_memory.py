@@ -25,6 +25,7 @@ class TopplingMemory:
         can_push: Whether any tool of the cell pushes items over.
         standing: Ids of the items whose last attempt had no plan because of their pose.
         in_vain: Ids of the items that cannot be toppled before something else has moved.
+        blocking: By id of such an item, the ids of what it would meet as it turns over.
         n_pushed: Number of pushes against each item.
         n_jammed: Number of those that did not move it.
     """
@@ -32,6 +33,7 @@ class TopplingMemory:
     can_push: bool = True
     standing: set[str] = field(default_factory=set)
     in_vain: set[str] = field(default_factory=set)
+    blocking: dict[str, tuple[str, ...]] = field(default_factory=dict)
     n_pushed: Counter[str] = field(default_factory=Counter)
     n_jammed: Counter[str] = field(default_factory=Counter)
 
@@ -43,6 +45,7 @@ class TopplingMemory:
         """
         if attempt.execution is not None:
             self.in_vain.clear()  # something has moved
+            self.blocking.clear()
             self.standing.discard(attempt.item)
             if attempt.topples:
                 self.n_pushed[attempt.item] += 1
@@ -51,6 +54,7 @@ class TopplingMemory:
                     self.in_vain.add(attempt.item)
         elif attempt.topples:
             self.in_vain.add(attempt.item)
+            self.blocking[attempt.item] = attempt.in_the_way
         elif attempt.outcome in (Outcome.NO_PLAN, Outcome.REJECTED):
             stands = sum(_is_of_pose(reason) for reason in attempt.reasons)
             is_standing = stands > MOST_SHARE * len(attempt.reasons)
@@ -61,13 +65,13 @@ class TopplingMemory:
 
         Args:
             placed: The item as perceived.
-            place: The place that it is in; only in an open box does it turn over and stay.
+            place: The place that it is in; in an open box or a bin it turns over and stays.
             can_be_held: Whether any tool may hold it in some pose.
 
         Returns:
             True if it should.
         """
-        can_turn = self.can_push and place.is_open_box
+        can_turn = self.can_push and (place.is_open_box or not place.access.is_from_above)
         known = (placed.id in self.standing or not can_be_held) and placed.id not in self.in_vain
         is_tried = self.n_pushed[placed.id] >= MOST_PUSHES or self.n_jammed[placed.id] >= MOST_JAMS
         return can_turn and known and not is_tried
