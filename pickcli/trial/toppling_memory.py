@@ -65,13 +65,15 @@ class TopplingMemory:
 
         Args:
             placed: The item as perceived.
-            place: The place that it is in; in an open box or a bin it turns over and stays.
+            place: The place that it is in; in an open box or a bin it turns over and stays, but in a bin what
+                cannot be held is not pushed off others.
             can_be_held: Whether any tool may hold it in some pose.
 
         Returns:
             True if it should.
         """
-        can_turn = self.can_push and (place.is_open_box or not place.access.is_from_above)
+        is_bin = not place.access.is_from_above
+        can_turn = self.can_push and (place.is_open_box or (is_bin and can_be_held))
         known = (placed.id in self.standing or not can_be_held) and placed.id not in self.in_vain
         is_tried = self.n_pushed[placed.id] >= MOST_PUSHES or self.n_jammed[placed.id] >= MOST_JAMS
         return can_turn and known and not is_tried

@@ -17,7 +17,8 @@ def trial(**changes: Any) -> dict[str, Any]:
         "items_in_tote": 10, "score": 120, "max_score": 180, "contacts": [], "limit_violations": 0,
         "neighbours_moved": {}, "aborted": "", "missed": [], "loads": [(0.5, 0.5)], "drops": 0,
         "certified": 12, "rejected": 0, "clock_s": 100.0, "delivery_s": [6.0], "event_distance_mm": 1.0,
-        "delivered_by": {}, "by_region": 0, "planning_ms": [50.0], "planning_failed_ms": [], "verification_ms": [200.0],
+        "delivered_by": {}, "by_region": 0, "verification_ms": [200.0],
+        "planning_ms": [50.0], "planning_failed_ms": [],
     }  # fmt: skip
     return {**default, **changes}
 
