@@ -143,6 +143,14 @@ def test_most_reasons_must_be_its_pose(cell: Cell, n_standing: int, n_other: int
     assert memory.is_due(placed, cell.places["tote"], can_be_held=False)
 
 
+def test_in_a_bin_walls_around_the_way_to_it_count(cell: Cell) -> None:
+    memory, placed = TopplingMemory(), scene_of(STOW, cell).find(DVD)
+    reason = Reason("no room for the tool", "side grasp, approach", "lance against post_left")
+    memory.note(Attempt(STOW.targets[0], DVD, 1, 0.0, Outcome.NO_PLAN, out_of="bin_A", reasons=(reason,)))
+    assert memory.is_due(placed, cell.places["bin_A"])
+    assert not memory.is_due(placed, cell.places["tote"])
+
+
 def test_what_blocks_a_turn_is_known_until_something_moves(cell: Cell) -> None:
     memory = TopplingMemory()
     refused = Attempt(
