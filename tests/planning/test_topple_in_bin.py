@@ -16,6 +16,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.planning.topple import TopplingQuery, plan_topple
 from pickcli.simulation.execute import execute
+from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.world import World
 from pickcli.verification.straightness_check import tip_points
 from pickcli.verification.verify import certify
@@ -69,3 +70,16 @@ def test_what_it_would_fall_on_is_named() -> None:
     with pytest.raises(NoPlanError, match="no room to fall") as refused:
         plan_topple(CONTEXT, scene, TopplingQuery(BIN, BRUSH), HOME)
     assert refused.value.in_the_way == ("rawlings_baseball",)
+
+
+def test_it_stops_on_what_is_higher_than_the_bellows_take_up(plan: Plan) -> None:
+    """Within its bounds an error only presses harder; 4 mm would compress the bellows to their end."""
+    low = SCENE.find(BRUSH)
+    T = low.T_world_item.copy()
+    T[2, 3] -= 0.004
+    seen = shelf(replace(low, T_world_item=T))
+    deeper = plan_topple(CONTEXT, seen, TopplingQuery(BIN, BRUSH), HOME)
+    world = World(SCENE, HOME.q, HOME.tool_state)
+    run = execute(deeper, world)
+    assert run.stop is not None and run.stop.cause is StopCause.CONTACT
+    world.close()
