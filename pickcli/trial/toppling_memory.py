@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from pickcli.cell.place import Place
+from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import Reason
 from pickcli.scene.scene import PlacedItem
 from pickcli.trial.trial_result import Attempt, Outcome
@@ -70,15 +71,16 @@ class TopplingMemory:
 
         Args:
             placed: The item as perceived.
-            place: The place that it is in; in an open box or a bin it turns over and stays, but in a bin what
-                cannot be held is not pushed off others.
+            place: The place that it is in; in an open box or a bin it turns over and stays, but in a bin
+                nothing is pushed off others, so neither what cannot be held nor what is no box.
             can_be_held: Whether any tool may hold it in some pose.
 
         Returns:
             True if it should.
         """
         is_bin = not place.access.is_from_above
-        can_turn = self.can_push and (place.is_open_box or (is_bin and can_be_held))
+        may_turn_over = can_be_held and placed.item.shape.kind is ShapeKind.BOX
+        can_turn = self.can_push and (place.is_open_box or (is_bin and may_turn_over))
         has_no_grasp = self.cramped if is_bin else self.standing
         known = (placed.id in has_no_grasp or not can_be_held) and placed.id not in self.in_vain
         is_tried = self.n_pushed[placed.id] >= MOST_PUSHES or self.n_jammed[placed.id] >= MOST_JAMS
