@@ -21,6 +21,7 @@ IN_LINE = np.array([0.0, 0.0, 1.0])
 ACROSS = np.array([-1.0, 0.0, 0.0])
 
 _SAME_DIRECTION = 0.98  # least cosine between directions that count as equal: 11 degrees
+_ACROSS = 0.2  # sine of the angle between a lance and a plane across the tool, up to which it is across
 _DIGITS = 12  # for rounding directions, so that a quarter turn in the cell file is exact
 _WIDTH_NAME = re.compile(r"w_[0-9]\.[0-9]{4}")
 _WIDTH = "w_"  # prefix of states that are a gripper's width, in m
@@ -305,6 +306,13 @@ class Tool:
     def pushing_state(self) -> ToolState | None:
         """State in which a cup in line with its lance pushes items over; None for any other tool."""
         return None if self.grip.takes_widths else self.state_with_lance(np.array([0.0, 0.0, 1.0]))
+
+    @property
+    def rolling_state(self) -> ToolState | None:
+        """State in which a cup across its lance turns items over in a bin; None for any other tool."""
+        if self.grip.takes_widths:
+            return None
+        return next((state for state in self.states if abs(self.lance_axis(state)[2]) <= _ACROSS), None)
 
     def R_tip_lance(self, state: ToolState) -> Array:
         """Compute the lance axes in the tool frame: x along the lance, y close to the tool's.

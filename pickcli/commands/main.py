@@ -44,7 +44,7 @@ COMMANDS: dict[str, str] = {
     "believe": "Make the scene that a planner believes in from what was perceived.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",
     "plan-shift": "Plan one shift: move an item within its bin, lifted a little.",
-    "plan-topple": "Plan a push that topples an item in an open box, or pushes it off others.",
+    "plan-topple": "Plan a push that topples an item in a box or bin, or pushes it off others.",
     "plan-stow": "Plan one stow: take an item out of the tote, and set it down in a bin.",
     "make-pallet-order": "Draw a random order of cartons on a pallet.",
     "plan-pallet": "Plan where each carton of an order stands on its pallet, and in which sequence.",

@@ -14,12 +14,12 @@ from pickcli.commands.scene_options import scene_options
 @click.command("plan-topple", cls=Command)
 @scene_options
 @click.option("--bin", "bin_name", metavar="PLACE", required=True,
-              help="Open box, such as a tote or crate, that contains the item.")  # fmt: skip
+              help="Bin, or open box such as a tote or crate, that contains the item.")  # fmt: skip
 @click.option("--item", metavar="ITEM", required=True,
               help="Item to topple: its name, or its id in the scene (name#2).")  # fmt: skip
 @plan_options("the preferred one of those that have the start")
 def command(bin_name: str, item: str, options: PlanOptions) -> None:
-    """Plan a push that topples an item in an open box, or pushes it off others.
+    """Plan a push that topples an item in a box or bin, or pushes it off others.
 
     For items that no cup can take as they stand ("no face within reach"): the empty tool pushes the upper
     part of the item until it falls, so that a face that seals comes to lie on top. Look again before the next

@@ -64,4 +64,4 @@ def poses_behind(scene: Scene, place: Place, push: Slide) -> Iterator[PushPoses]
         for R in tool_turns(DOWN):
             first = pose((start[0], start[1], height), R=R)
             end = shifted(first, length * push.direction)
-            yield PushPoses(shifted(first, up), first, (end,), shifted(end, up))
+            yield PushPoses(shifted(first, up), first, (end,), (shifted(end, up),))

@@ -1,8 +1,9 @@
-"""``plan_topple``: turn an item that stands on edge in an open box over, with a push of the empty tool.
+"""``plan_topple``: turn an item that stands on edge in an open box or a bin over, with the empty tool.
 
 The tool comes straight down beside the item and pushes its upper part, or presses on its upper side and turns
 with it, until the item falls by itself, and leaves straight up. An item that no push turns over onto a face
-that seals is pushed off the items that it lies on. What is pushed may be anywhere in the box afterwards: take
+that seals is pushed off the items that it lies on. In a bin the tool comes in level and presses on the upper
+side of what turns over to a side. What is pushed may be anywhere in the box afterwards: take
 another look before the next plan.
 """
 
@@ -43,6 +44,7 @@ TOO_LOW = "it is too low for the cup, or begins too far behind where it is met"
 # m/s of a push that turns an item over, and of one that moves it off: the rigid side of the cup knocks at
 # what jams with a force in proportion to that.
 TOPPLE_SPEED, SLIDE_SPEED = 0.03, 0.02
+LED_IN = np.cos(np.radians(20.0))  # of the angle between lance and way in, in a bin
 N_SEEDS = 12  # random seeds of inverse kinematics
 
 
@@ -51,7 +53,7 @@ class TopplingQuery:
     """An item that is to be toppled.
 
     Attributes:
-        out_of: The open box in which it stands.
+        out_of: The open box or bin in which it stands.
         item: Its instance id or name.
     """
 
@@ -94,9 +96,12 @@ def plan_topple(
     place, item = scene.cell.places[query.out_of], scene.find(query.item, query.out_of).id
     label = f"topple {item} in {place.name}"
     tool = context.cell.robot.tool
-    if (state := tool.pushing_state) is None:
-        why = f"only a cup in line with its lance pushes, not a {tool.grip.kind}"
-        raise NoPlanError(label, [Reason("cannot be toppled", item, why)])
+    is_above = place.access.is_from_above
+    if (state := tool.pushing_state if is_above else tool.rolling_state) is None:
+        how = "in line with its lance pushes" if is_above else "across its lance turns items over in a bin"
+        raise NoPlanError(
+            label, [Reason("cannot be toppled", item, f"only a cup {how}, not a {tool.grip.kind}")]
+        )
     standing = context.checker_for(scene, Mode(start.tool_state))
     if not standing.is_valid(start.q):
         raise NoPlanError(label, [standing.explain(start.q).at("start")])
@@ -119,8 +124,13 @@ def plan_topple(
 
 
 def _pushes(scene: Scene, item: str) -> Iterator[Topple | Slide | Reason]:
-    """Yield the pushes that topple an item, then those that move it off others, or why there are none."""
-    for found in (topples(supports_of(scene), item), slides(supports_of(scene), item)):
+    """Yield the pushes that topple an item, then those that move it off others, or why there are none.
+
+    In a bin none is moved off others: there is no room behind it.
+    """
+    supports = supports_of(scene)
+    kinds = (topples, slides) if supports.rim(item) is not None else (topples,)
+    for found in (kind(supports, item) for kind in kinds):
         yield from (found,) if isinstance(found, Reason) else found
 
 
@@ -165,8 +175,16 @@ class _PushPlanner:
         """Return the poses of the tool at the push, the preferred first."""
         if isinstance(self.push, Slide):
             return poses_behind(self.scene, self.place, self.push)
-        from_beside = poses_from_beside(self.scene, self.place, self.push)
-        return chain(from_beside, poses_from_above(self.scene, self.place, self.push))
+        from_above = poses_from_above(self.scene, self.place, self.push)
+        if not self.place.access.is_from_above:
+            return (poses for poses in from_above if self._is_led_in(poses.first))
+        return chain(poses_from_beside(self.scene, self.place, self.push), from_above)
+
+    def _is_led_in(self, T_world_tip: Array) -> bool:
+        """Whether the lance points into the bin at a pose (4, 4) of the tool."""
+        inwards = self.scene.T_world_place(self.place)[:3, 0]
+        lance = T_world_tip[:3, :3] @ self.context.cell.robot.tool.lance_axis(self.state)
+        return bool(inwards @ lance >= LED_IN)
 
     @property
     def where(self) -> str:
@@ -204,8 +222,8 @@ class _PushPlanner:
         if isinstance(down, Failures):
             return down
         lines = [down.backwards(kind.PREAPPROACH)]
-        ends = (poses.first, *poses.pushes, poses.out)
-        kinds = (*(kind.PUSH for _ in poses.pushes), kind.DEPART)
+        ends = (poses.first, *poses.pushes, *poses.out)
+        kinds = (*(kind.PUSH for _ in poses.pushes), *(kind.DEPART for _ in poses.out))
         for of, line in zip(kinds, pairwise(ends), strict=True):
             followed = self._followed(of, line, lines[-1].end, self._pushing)
             if isinstance(followed, Failures):
@@ -250,9 +268,11 @@ class _PushPlanner:
         if isinstance(coarse, Failures):
             return coarse
         recorder.record(coarse.experience)
-        inward, *pushes, up = motions[coarse.goal]
+        inward, *after = motions[coarse.goal]
+        pushes = [segment for segment in after if segment.kind is SegmentKind.PUSH]
+        out = [segment for segment in after if segment.kind is SegmentKind.DEPART]
         transit = coarse.segment(SegmentKind.TRANSIT, replace(mode, reserve=0.0))
-        runs = ([transit, inward, *pushes], [up])
+        runs = ([transit, inward, *pushes], out)
         return stitch_runs(context, scene, runs, label, self.seed, context.settings.push_rest)
 
     @property

@@ -13,6 +13,7 @@ from itertools import product
 
 import numpy as np
 
+from pickcli.cartesian.key_waypoints import PREAPPROACH_DISTANCE
 from pickcli.cartesian.line import shifted
 from pickcli.cell.place import Place
 from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
@@ -41,16 +42,16 @@ class PushPoses:
     """Poses (4, 4) of the tool in the world.
 
     Attributes:
-        above: At the start of the way in, over the box.
+        above: At the start of the way in, over the box or in front of the mouth of a bin.
         first: At its end, clear of the item.
         pushes: At the ends of the lines of the push.
-        out: At the end of the way out.
+        out: At the ends of the lines of the way out.
     """
 
     above: Array
     first: Array
     pushes: tuple[Array, ...]
-    out: Array
+    out: tuple[Array, ...]
 
 
 def poses_from_beside(scene: Scene, place: Place, push: Topple) -> Iterator[PushPoses]:
@@ -85,9 +86,8 @@ def poses_from_beside(scene: Scene, place: Place, push: Topple) -> Iterator[Push
         first = pose(aside + begin * push.direction + np.array([0.0, 0.0, height - lower]), R=R)
         risen, end = (shifted(first, way) for way in (rising, rising + level))
         up = np.array([0.0, 0.0, above])
-        yield PushPoses(
-            shifted(first, up), first, (risen, end), shifted(end, up - np.array([0.0, 0.0, rising[2]]))
-        )
+        out = shifted(end, up - np.array([0.0, 0.0, rising[2]]))
+        yield PushPoses(shifted(first, up), first, (risen, end), (out,))
 
 
 def _ways(push: Topple, height: float, begin: float) -> tuple[Array, Array]:
@@ -124,8 +124,6 @@ def poses_from_above(scene: Scene, place: Place, push: Topple) -> Iterator[PushP
     """
     grip, placed = scene.cell.robot.tool.grip, scene.find(push.item)
     press, inside = grip.gives_way / 2.0, min(grip.tip_radius, _depth(push, placed) / 2.0)
-    if press < push.bound + LEAST_PRESS:
-        return
     # Moments about the edge: friction bears the weight, and the press inside of the edge. The part of the lip
     # that hangs over does not press.
     of_weight = push.mass * GRAVITY * push.lever / (grip.stiffness * press)
@@ -135,21 +133,42 @@ def poses_from_above(scene: Scene, place: Place, push: Topple) -> Iterator[PushP
     up, ahead = _outwards(R_item, push.upper), -_outwards(R_item, push.face)
     across = np.cross(up, ahead)
     extents = placed.item.shape.extents
+    width = float(np.abs(across @ R_item) @ extents)
+    off = np.array([_height(push) + push.bound, _depth(push, placed)]) / 2.0
+    beside = np.abs(ASIDE) * width + grip.tip_radius
+    errors = scene.noise_of(placed).at(np.hypot(np.linalg.norm(off), beside)).tolist()
+    shares = [share for share, error in zip(ASIDE, errors, strict=True) if press >= error + LEAST_PRESS]
     top = placed.T_world_item[:3, 3] + extents["xyz".index(push.upper[1])] / 2.0 * up
     top = top + (_depth(push, placed) / 2.0) * ahead
-    width = float(np.abs(across @ R_item) @ extents)
     edge = push.edge[0] * push.direction + np.array([0.0, 0.0, push.edge[1]])
     before = scene.cell.clearance + push.bound + ABOVE
     turns = tuple(tool_turns(np.column_stack([across, np.cross(-up, across), -up])))
-    for part, less, share, R in product(parts, TURNED_LESS, ASIDE, turns):
+    for part, less, share, R in product(parts, TURNED_LESS, shares, turns):
         pressed = pose(top - part * inside * ahead + share * width * across - press * up, R=R)
         tilts = np.linspace(0.0, push.tilt - less, int(np.ceil((push.tilt - less) / TURN_STEP)) + 1)[1:]
         turned = [_about(edge, axis, float(tilt)) @ pressed for tilt in tilts]
         turned.append(shifted(turned[-1], (FOLLOWED + less * _height(push)) * push.direction))
+        first = shifted(pressed, (press + before) * up)
+        if not place.access.is_from_above:
+            lifted = shifted(turned[-1], np.array([0.0, 0.0, before]))
+            outside, out = (_in_front(scene, place, T, across) for T in (first, lifted))
+            yield PushPoses(outside, first, (pressed, *turned), (lifted, out))
+            continue
         over = max(height_of_rim(scene, place) + ABOVE_RIM - pressed[2, 3], before)
         leaving = np.array([0.0, 0.0, over + pressed[2, 3] - turned[-1][2, 3]])
-        first = shifted(pressed, (press + before) * up)
-        yield PushPoses(shifted(pressed, over * up), first, (pressed, *turned), shifted(turned[-1], leaving))
+        out = shifted(turned[-1], leaving)
+        yield PushPoses(shifted(pressed, over * up), first, (pressed, *turned), (out,))
+
+
+def _in_front(scene: Scene, place: Place, T: Array, along: Array) -> Array:
+    """Return a pose (4, 4) of the tool moved straight out of a bin, to in front of its mouth.
+
+    It moves along the upper side (3,) of the item, which slopes with the floor.
+    """
+    T_world_entry = scene.T_world_place(place) @ place.T_place_entry
+    inwards = T_world_entry[:3, 0]
+    depth = float((T[:3, 3] - T_world_entry[:3, 3]) @ inwards)
+    return shifted(T, -max(0.0, depth + PREAPPROACH_DISTANCE) / float(along @ inwards) * along)
 
 
 def _height(push: Topple) -> float:

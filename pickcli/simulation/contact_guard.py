@@ -10,6 +10,8 @@ item over or off others, nothing is predicted: the force along and across the cu
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from pickcli.geometry import Array, length
@@ -26,7 +28,10 @@ AVERAGE_TIME = 0.01  # s over which the force of a touch is averaged, after the 
 CERTAIN_DEVIATIONS = 4.5  # standard deviations above which an averaged force, or a compression, is not noise
 LEAST_LEFT = 1e-3  # m left of the contact below which a stop would make no difference
 PUSH_TIME = 0.02  # s over which the force of a push is averaged: pushes are slow
+PRESSED_ALONG = 0.7  # cosine between a push and the axis of the cup, from which on it presses
 MOST_PUSH = 0.6  # of the force of fully compressed bellows, along them: the arm comes to rest later
+# The same as it presses on what it turns over: half compressed by plan, and more by the error of a pose.
+MOST_PRESS = 0.75
 MOST_KNOCK = 0.35  # of the same, across: the side of the cup is rigid
 
 
@@ -96,7 +101,8 @@ class ContactGuard:
         force, covariance = self._tool_force(segment)
         self._pushing += world.time_step / PUSH_TIME * (force - self._pushing)
         along = float(self._pushing @ axis) * axis
-        for push, share in ((along, MOST_PUSH), (self._pushing - along, MOST_KNOCK)):
+        most_along = MOST_PRESS if self._is_pressed else MOST_PUSH
+        for push, share in ((along, most_along), (self._pushing - along, MOST_KNOCK)):
             most, measured = share * world.tool.max_press, length(push)
             if measured <= most:
                 continue
@@ -106,6 +112,15 @@ class ContactGuard:
             if measured > most:
                 return ProtectiveStop(StopCause.CONTACT, "cup", measured, most, "N", world.t)
         return None
+
+    @cached_property
+    def _is_pressed(self) -> bool:
+        """Whether the first push of the plan leads along the cup, onto what it then turns over."""
+        first = next(s for s in self._plan.segments if s.kind is SegmentKind.PUSH)
+        q = [self._plan.trajectory.sample(t)[0] for t in (first.t_start, first.t_end)]
+        begin, end = (self._arm.tip(each, first.tool_state) for each in q)
+        way = end[:3, 3] - begin[:3, 3]
+        return bool(begin[:3, 2] @ way > PRESSED_ALONG * length(way))
 
     def _noise_share(self, average_time: float) -> float:
         """Noise of a torque after its filter and a second one (s), by that of one reading: it is white.

@@ -19,7 +19,7 @@ import numpy as np
 
 from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import Reason
-from pickcli.geometry import Array, rotation_axis_angle
+from pickcli.geometry import Array, inverse, rotation_axis_angle
 from pickcli.scene.touching import gaps
 from pickcli.statics.pushing import HEAVIEST, pushable
 from pickcli.statics.supports import Supports
@@ -36,6 +36,8 @@ WIDE = np.radians(
 TILT_STEP = np.radians(4.0)  # rad between the tilts at which the room is looked at
 MOST_TRAVEL, TRAVEL_STEP = 0.08, 0.0005  # m of a push after its first contact
 MARGIN = 0.006  # m from the upper side of the item down to where it is pushed
+# sine of the angle between a push in a bin and its breadth, up to which the item only turns to a side
+SIDEWAYS = np.sin(np.radians(10.0))
 GRAZE = 0.002  # m by which a tilting item may enter another that it would push aside
 _CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 _EDGES = np.array([(i, j) for i in range(8) for j in range(i + 1, 8) if bin(i ^ j).count("1") == 1])
@@ -153,15 +155,19 @@ def topples(supports: Supports, item_id: str) -> tuple[Topple, ...] | Reason:
         The pushes, the one whose face seals best first; or why there are none.
     """
     placed, rim = supports.graph.items[item_id], supports.rim(item_id)
-    if rim is None:
-        return Reason("cannot be toppled", item_id, f"{placed.location} is no box that is open above")
+    place = supports.graph.scene.cell.places.get(placed.location)
+    if rim is None and (place is None or place.access.is_from_above):
+        why_not = f"{placed.location} is no bin, and no box that is open above"
+        return Reason("cannot be toppled", item_id, why_not)
     if placed.item.shape.kind is not ShapeKind.BOX:
         return Reason("cannot be toppled", item_id, "its shape is no box")
-    if (why := why_not_safe(supports, item_id, rim)) is not None:
+    why = _why_not_in_bin(supports, item_id) if rim is None else why_not_safe(supports, item_id, rim)
+    if why is not None:
         return Reason("cannot be toppled", item_id, why, item_id)
     R = placed.T_world_item[:3, :3]
     found: list[Topple] = []
     against: list[str] = []
+    blocking: list[str] = []
     for face in placed.item.shape.face_names:
         normal = R[:, "xyz".index(face[1])] * (1.0 if face[0] == "+" else -1.0)
         if placed.item.seals.get(face, 0.0) > 0.0 and abs(normal[2]) <= STEEPEST:
@@ -169,10 +175,11 @@ def topples(supports: Supports, item_id: str) -> tuple[Topple, ...] | Reason:
             if isinstance(push, Topple):
                 found.append(push)
             else:
-                against.append(f"{face}: {push}")
+                against.append(f"{face}: {push.detail}")
+                blocking.append(push.in_the_way)
     if not found:
         why = "; ".join(against) or "no upright face of it seals"
-        return Reason("cannot be toppled", item_id, why)
+        return Reason("cannot be toppled", item_id, why, next(filter(None, blocking), ""))
     return tuple(sorted(found, key=lambda push: (-_area(supports, push), push.face)))
 
 
@@ -221,27 +228,59 @@ def why_not_safe(supports: Supports, item_id: str, rim: float) -> str | None:
     return None
 
 
+def _why_not_in_bin(supports: Supports, item_id: str) -> str | None:
+    """Say why an item of a bin must not be pushed over: others need it, it is heavy, or is not wholly inside.
+
+    It turns over to a side, by which nothing of it comes nearer to the mouth.
+    """
+    graph = supports.graph
+    scene, placed = graph.scene, graph.items[item_id]
+    place = scene.cell.places[placed.location]
+    if found := scene.unrecognised_in(place.name):
+        return f"nobody recognised what is at {found[0].name}; look again"
+    if placed.item.heaviest > HEAVIEST:
+        return f"it may have {placed.item.heaviest:.2f} kg, at most {HEAVIEST}"
+    if falling := supports.falling(item_id):
+        return f"{falling[0]} rests or leans on it"
+    T_place_item = inverse(scene.T_world_place(place)) @ placed.T_world_item
+    front = float(T_place_item[0, 3] - placed.item.shape.reach(T_place_item[:3, :3])[0]) - scene.bound(placed)
+    return f"it may reach {-1e3 * front:.0f} mm out of the mouth" if front < 0.0 else None
+
+
+def _is_sideways(supports: Supports, item_id: str, direction: Array) -> bool:
+    """Whether a direction (3,) leads neither into the bin of an item nor out of it, or it is in no bin."""
+    place = supports.graph.scene.cell.places[supports.graph.items[item_id].location]
+    inwards = supports.graph.scene.T_world_place(place)[:3, 0]
+    return place.access.is_from_above or abs(float(inwards @ direction)) <= SIDEWAYS
+
+
 def _mass_with_all_on_it(supports: Supports, item_id: str) -> float:
     items = supports.graph.items
     return float(sum(items[name].item.heaviest for name in (item_id, *loaded_on(supports, item_id))))
 
 
-def _topple(supports: Supports, item_id: str, face: str, normal: Array) -> Topple | str:
+def _topple(supports: Supports, item_id: str, face: str, normal: Array) -> Topple | Reason:
     """Return the push against one upright face, or why it does not topple the item."""
+
+    def no(why: str, blocked_by: str = "") -> Reason:
+        return Reason("cannot be toppled", item_id, why, blocked_by)
+
     graph = supports.graph
     placed, k = graph.items[item_id], graph.index[item_id]
     T, bound = placed.T_world_item, float(graph.solids.bound[k])
     direction = -np.array([normal[0], normal[1], 0.0]) / float(np.hypot(normal[0], normal[1]))
+    if not _is_sideways(supports, item_id, direction):
+        return no("in a bin it may only turn over to a side")
     points = T[:3, 3] + (_CORNERS * placed.item.shape.extents) @ T[:3, :3].T
     corners = np.column_stack([points @ direction, points[:, 2]])
     carried = supports.balance.footing(item_id, is_sure=False) @ direction
     if len(carried) == 0:
-        return "nothing carries it"
+        return no("nothing carries it")
     edge = np.array([float(np.clip(carried.max(), *np.sort(corners[:, 0])[[0, -1]])), corners[:, 1].min()])
     centre = np.array([T[:3, 3] @ direction, T[2, 3]])
     width, height = edge[0] - centre[0], centre[1] - edge[1]
     if width <= 0.0:
-        return "its middle is not behind the edge"
+        return no("its middle is not behind the edge")
     tilt = float(np.arctan2(width, height)) + BEYOND + graph.scene.noise_of(placed).angle
     # The push is at most what friction holds, and lifts the near side: both moments about the edge count.
     breadth = edge[0] - corners[:, 0].min()
@@ -252,13 +291,17 @@ def _topple(supports: Supports, item_id: str, face: str, normal: Array) -> Toppl
     if max(lowest, edge[1] + LIFTED * breadth / MOST_SLOPE) >= highest - MARGIN:
         sliding = f"it would slide: {1e3 * width:.0f} mm to its edge, {1e3 * (highest - edge[1]):.0f} mm high"
         if tilt > MOST_TURN:
-            return sliding
+            return no(sliding)
     push = Topple(
         item_id, face, _upper_face(T), direction, T[:3, 3], edge, corners, tilt, bound, lowest,
         highest - MARGIN, _mass_with_all_on_it(supports, item_id), sliding,
     )  # fmt: skip
-    blocked = _blocked(supports, push)
-    return push if blocked is None else f"no room to fall: {blocked}"
+    if (blocked := _blocked(supports, push)) is None:
+        return push
+    name, tilt = blocked
+    return no(
+        f"no room to fall: {name} at {np.degrees(tilt):.0f} degrees", name if name in graph.items else ""
+    )
 
 
 def _upper_face(T: Array) -> str:
@@ -267,8 +310,8 @@ def _upper_face(T: Array) -> str:
     return ("+" if T[2, axis] > 0.0 else "-") + "xyz"[axis]
 
 
-def _blocked(supports: Supports, push: Topple) -> str | None:
-    """Return what an item meets as it turns over its edge, and at which tilt; None if it has room."""
+def _blocked(supports: Supports, push: Topple) -> tuple[str, float] | None:
+    """Return what an item meets as it turns over its edge, and at which tilt in rad; None if it has room."""
     graph, name = supports.graph, push.item
     solids, k = graph.solids, graph.index[name]
     left_out = {name, *graph.carriers(name), *loaded_on(supports, name)}
@@ -289,7 +332,7 @@ def _blocked(supports: Supports, push: Topple) -> str | None:
         found = gaps(replace(solids, T=turned), np.full(len(others), k), others)
         deepest = int(np.argmin(found.width))
         if found.width[deepest] < -GRAZE - push.bound:
-            return f"{solids.names[others[deepest]]} at {np.degrees(tilt):.0f} degrees"
+            return str(solids.names[others[deepest]]), float(tilt)
     return None
 
 

@@ -223,6 +223,7 @@ class _Trial:
         exclude = self.memory.failed_grasps(placed.id)
         clearing = Clearing(self.runner, wanted, scene, self.tools, exclude)
         clearing.blame(state.clearings > 0, self.memory.blamed(index, placed.id, scene))
+        clearing.also(self.toppling.blocking.get(placed.id, ()))
         if clearing.is_reachable:  # perceived again since the last failure: pick by the new poses
             self.targets.put(replace(self.targets.open[index], refusals=0))
             return True

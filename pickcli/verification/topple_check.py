@@ -1,8 +1,10 @@
-"""Check the pushes of an empty tool that topples an item in an open box: which items, where, and how.
+"""Check the pushes of an empty tool that topples an item in an open box or a bin: which items, where, how.
 
-Where they end up is not known. So they must be items that may lie anywhere in their box and cannot leave it,
-the tool must be slow and weak against what it meets, and must squeeze nothing onto the floor or a wall. It
-comes down onto an item only as far as the bellows give way, first in a line, then only as it turns with it.
+Where they end up is not known. So they must be items that may lie anywhere in their box and cannot leave it.
+A bin is open at its front: there one item may turn over to a side, with nothing on it or leaning on it, by
+which nothing of it comes nearer to the mouth. The tool must be slow and weak against what it meets, and must
+squeeze nothing onto the floor or a wall. It comes down onto an item only as far as the bellows give way,
+first in a line, then only as it turns with it.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ from pickcli.verification.straightness_check import SPEED_TOLERANCE, every_milli
 MOST_PUSH = 0.15  # m of all pushes of a plan
 STEEPEST = np.radians(50.0)  # rad, slope up to which a push still goes across and does not lift
 ACROSS = 1e-3  # m that a push goes across at least; one that goes less presses downwards
+MOST_ASKEW = np.radians(12.0)  # rad in a bin, between a push and its breadth
 LEAST_TURN = np.radians(4.0)  # rad of the tool in a push that comes down with an item
 N_AROUND = 16  # points on each of the two circles that stand for the front of the cup's rigid part
 
@@ -67,11 +70,12 @@ def check_topple(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     items = [here[name] for name in sorted(pushed_by(plan))]
     places = {placed.location for placed in items}
     place = scene.cell.places.get(items[0].location)
-    if len(places) > 1 or place is None or not place.is_open_box:
+    if len(places) > 1 or place is None or (place.access.is_from_above and not place.is_open_box):
         at = ", ".join(sorted(places)) or "no place"
-        return (Reason("pushes outside of an open box", items[0].id, f"the pushed items are in {at}"),)
+        return (Reason("pushes outside of a box", items[0].id, f"the pushed items are in {at}"),)
+    not_safe = _not_toppled if place.is_open_box else _not_turned_over
     return (
-        *_not_toppled(scene, place, items),
+        *not_safe(scene, place, items),
         *_too_fast(plan, scene),
         *_wrong_lines(plan, scene, place, items),
     )
@@ -130,6 +134,23 @@ def _not_toppled(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Ite
                 yield _fault(placed.id, f"{other} leans on it and could fall over the rim")
 
 
+def _not_turned_over(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Iterator[Reason]:
+    """Yield what is heavy, not known, not wholly inside of its bin, or needed by others there."""
+    for body in scene.unrecognised_in(place.name)[:1]:
+        yield _fault(items[0].id, f"nobody recognised what is at {body.name}")
+    for placed in items[1:]:
+        yield _fault(placed.id, "in a bin only one item turns over at a time")
+    placed = items[0]
+    if placed.item.heaviest > HEAVIEST:
+        yield _fault(placed.id, f"it may have {placed.item.heaviest:.2f} kg, at most {HEAVIEST}")
+    T = inverse(scene.T_world_place(place)) @ placed.T_world_item
+    front = float(T[0, 3] - placed.item.shape.reach(T[:3, :3])[0]) - scene.bound(placed)
+    if not front >= 0.0:
+        yield _fault(placed.id, f"it may reach {-1e3 * front:.0f} mm out of {place.name}")
+    for other in sorted(lying_on(scene, placed.id) | removal(scene, placed.id).falling):
+        yield _fault(placed.id, f"{other} rests or leans on it")
+
+
 def _too_fast(plan: Plan, scene: Scene) -> Iterator[Reason]:
     """Yield the segments in which items may be met at more than the speed allowed."""
     for k, segment in enumerate(plan.segments):
@@ -167,7 +188,10 @@ def _wrong_lines(plan: Plan, scene: Scene, place: Place, items: Sequence[PlacedI
             yield Reason("lifts instead of pushing", where, detail)
         if not _is_inside(scene, place, tips):
             detail = f"the tool is not over the floor of {place.name}"
-            yield Reason("pushes outside of an open box", where, detail)
+            yield Reason("pushes outside of a box", where, detail)
+        if not place.is_open_box and across >= ACROSS and (askew := _askew(scene, place, way)) > MOST_ASKEW:
+            detail = f"{np.degrees(askew):.0f} degrees off the breadth of {place.name}"
+            yield Reason("pushes inwards or outwards", where, detail)
         rigid = float(heights[0]) + scene.cell.robot.tool.grip.gives_way
         if all(rigid < placed.T_world_item[2, 3] for placed in items):
             yield Reason("pushes too low", where, "the cup meets all pushed items below their middle")
@@ -191,6 +215,12 @@ def _is_inside(scene: Scene, place: Place, tips: Array) -> bool:
     return bool(((low <= p) & (p <= high)).all())
 
 
+def _askew(scene: Scene, place: Place, way: Array) -> float:
+    """Return the angle in rad between the level part of a way (3,) and the breadth of a bin."""
+    x, y, _ = scene.T_world_place(place)[:3, :3].T @ way
+    return float(np.arctan2(abs(x), abs(y)))
+
+
 def _turns(tips: Array) -> bool:
     """Whether the tool turns, as it does with an item that it turns over."""
     return bool(rotation_angle(tips[0, :3, :3].T @ tips[-1, :3, :3]) >= LEAST_TURN)
@@ -208,7 +238,8 @@ def _pressed_hard(scene: Scene, items: Sequence[PlacedItem], tips: Array) -> str
     points = (tips[:, :3, :3] @ front.T).swapaxes(1, 2) + tips[:, None, :3, 3]
     for placed in items:
         local = transform_points(inverse(placed.T_world_item), points.reshape(-1, 3))
-        beyond = np.abs(local) - placed.item.shape.extents / 2.0 - scene.bound(placed)
+        bound = scene.noise_of(placed).at(np.linalg.norm(local, axis=1))
+        beyond = np.abs(local) - placed.item.shape.extents / 2.0 - bound[:, None]
         if (beyond.max(axis=1) < 0.0).any():
             return placed.id
     return ""

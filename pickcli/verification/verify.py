@@ -61,7 +61,7 @@ PUSH_CHECKS = (
     "pushing: only light items in an open box, slowly, outwards, nothing carried along, load in reserve",
 )
 TOPPLE_CHECKS = (
-    "toppling: an empty cup, slowly and not downwards, against light items that cannot leave their open box",
+    "toppling: an empty cup, slowly and not downwards, against light items that cannot leave box or bin",
 )
 RECOVERY_CHECKS = (
     "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",

@@ -123,7 +123,7 @@ def test_what_cannot_be_toppled_says_why() -> None:
     with pytest.raises(NoPlanError, match="no upright face of it seals"):
         topple(flat, "mead_index_cards")
     shelf = crate(standing(BOX, 0.1, 0.0, place=SHELF))
-    with pytest.raises(NoPlanError, match="is no box that is open above"):
+    with pytest.raises(NoPlanError, match="only a cup across its lance turns items over in a bin"):
         plan_topple(CONTEXT, shelf, TopplingQuery(SHELF, BOX), HOME)
     with pytest.raises(UnknownNameError):
         plan_topple(CONTEXT, shelf, TopplingQuery("nowhere", BOX), HOME)

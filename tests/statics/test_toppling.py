@@ -121,8 +121,31 @@ def test_what_is_heavy_or_could_leave_the_box_or_gains_nothing_stays(item: objec
     assert why in why_not(standing(BOX, 0.0, 0.0, item=item))  # type: ignore[arg-type]
 
 
-def test_only_boxes_that_stand_on_edge_in_an_open_box_are_toppled() -> None:
-    assert "is no box that is open above" in why_not(standing(BOX, 0.1, 0.0, place=SHELF))
+def test_in_a_bin_a_box_turns_over_to_a_side_only() -> None:
+    across = standing(BOX, 0.1, 0.0, place=SHELF)
+    assert "in a bin it may only turn over to a side" in why_not(across)
+    along = standing(BOX, 0.1, 0.0, np.pi / 2, place=SHELF)
+    assert {push.face for push in pushes(along)} == {"+z", "-z"}
+    assert all(abs(push.direction[1]) == pytest.approx(1.0) for push in pushes(along))
+    askew = standing(BOX, 0.1, 0.0, np.radians(78.0), place=SHELF)
+    assert "in a bin it may only turn over to a side" in why_not(askew)
+
+
+@pytest.mark.parametrize(
+    ("x", "mass", "why"), [(0.04, 0.1, "mm out of the mouth"), (0.1, HEAVIEST, "kg, at most")]
+)
+def test_what_reaches_out_of_a_bin_or_is_heavy_stays(x: float, mass: float, why: str) -> None:
+    item = box(0.095, 0.07, 0.025, mass=mass)
+    assert why in why_not(standing(BOX, x, 0.0, np.pi / 2, item=item, place=SHELF))
+
+
+def test_in_a_bin_nothing_may_rest_on_it() -> None:
+    height = float(CRATES.item(BOX).shape.extents[1]) + 0.0004
+    on_it = lying("mead_index_cards", 0.1, 0.0, up=height, place=SHELF)
+    assert "rests or leans on it" in why_not(standing(BOX, 0.1, 0.0, np.pi / 2, place=SHELF), on_it)
+
+
+def test_only_boxes_that_stand_on_edge_are_toppled() -> None:
     assert "its shape is no box" in why_not(lying("rawlings_baseball", 0.0, 0.0))
     assert "no upright face of it seals" in why_not(lying("mead_index_cards", 0.0, 0.0))
 

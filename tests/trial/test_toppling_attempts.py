@@ -138,8 +138,28 @@ def test_most_reasons_must_be_its_pose(cell: Cell, n_standing: int, n_other: int
     reasons = (Reason("tips the item", ""), against_walls, against_walls)[:n_standing] + (others,) * n_other
     memory.note(Attempt(STOW.targets[0], DVD, 1, 0.0, Outcome.NO_PLAN, out_of="tote", reasons=reasons))
     assert memory.is_due(placed, cell.places["tote"]) is is_due
-    assert not memory.is_due(placed, cell.places["bin_A"])
+    assert memory.is_due(placed, cell.places["bin_A"]) is is_due
+    assert not memory.is_due(placed, cell.places["bin_A"], can_be_held=False)
     assert memory.is_due(placed, cell.places["tote"], can_be_held=False)
+
+
+def test_in_a_bin_walls_around_the_way_to_it_count(cell: Cell) -> None:
+    memory, placed = TopplingMemory(), scene_of(STOW, cell).find(DVD)
+    reason = Reason("no room for the tool", "side grasp, approach", "lance against post_left")
+    memory.note(Attempt(STOW.targets[0], DVD, 1, 0.0, Outcome.NO_PLAN, out_of="bin_A", reasons=(reason,)))
+    assert memory.is_due(placed, cell.places["bin_A"])
+    assert not memory.is_due(placed, cell.places["tote"])
+
+
+def test_what_blocks_a_turn_is_known_until_something_moves(cell: Cell) -> None:
+    memory = TopplingMemory()
+    refused = Attempt(
+        STOW.targets[0], DVD, 1, 0.0, Outcome.NO_PLAN, out_of="bin_A", topples=True, in_the_way=(CARDS,)
+    )
+    memory.note(refused)
+    assert memory.blocking == {DVD: (CARDS,)} and DVD in memory.in_vain
+    memory.note(Attempt(STOW.targets[1], CARDS, 1, 0.0, Outcome.MOVED, execution=ExecutionResult(2.0)))
+    assert not memory.blocking and not memory.in_vain
 
 
 def test_without_a_tool_that_pushes_nothing_is_toppled() -> None:
