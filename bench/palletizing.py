@@ -35,7 +35,7 @@ def figures(way: Callable[[PalletOrder], PalletStack], orders: list[PalletOrder]
         began = process_time()
         stack = way(order)
         times.append(process_time() - began)
-        tested = drop_test(stack)
+        tested = drop_test(order.pallet, stack.placements)
         n_collapsed += not tested.is_stable
         worst = max(worst, tested.sinking, tested.shift)
         scores.append(stack.share_placed if tested.is_stable else 0.0)

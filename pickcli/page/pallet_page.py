@@ -43,7 +43,7 @@ def pallet_page(stack: StackedPallet) -> PageDocument:
     n, per_carton = len(stack.placements), _ACROSS + _DOWN
     waiting = _waiting(stack)
     duration = max(n, 1) * per_carton
-    deck = PageShape("box", rounded((*stack.size, stack.deck)))
+    deck = PageShape("box", rounded((*stack.pallet.size, stack.pallet.deck)))
     return PageDocument(
         kind="pallet",
         title="Stacked pallet",
@@ -51,7 +51,7 @@ def pallet_page(stack: StackedPallet) -> PageDocument:
         facts=tuple(_facts(stack)),
         robot=INVISIBLE_ROBOT,
         groups=(
-            PageGroup("pallet", posed(pose((0.0, 0.0, -stack.deck / 2))), _WOOD,
+            PageGroup("pallet", posed(pose((0.0, 0.0, -stack.pallet.deck / 2))), _WOOD,
                       (PageBody("deck", deck, posed(_ORIGIN)),)),
         ),
         items=tuple(
@@ -79,8 +79,8 @@ def _waiting(stack: StackedPallet) -> list[Array]:
     x, found = 0.0, []
     for placement in stack.placements:
         size = placement.size
-        y = -stack.size[1] / 2 - 1.0 - size[1] / 2
-        found.append(np.array([x + size[0] / 2, y, size[2] / 2 - stack.deck]))
+        y = -stack.pallet.size[1] / 2 - 1.0 - size[1] / 2
+        found.append(np.array([x + size[0] / 2, y, size[2] / 2 - stack.pallet.deck]))
         x += float(size[0]) + _APART
     middle = np.array([(x - _APART) / 2, 0.0, 0.0])
     return [each - middle for each in found]
@@ -109,7 +109,7 @@ def _track(placement: Placement, start: Array, t: float) -> Track:
 
 def _facts(stack: StackedPallet) -> list[Fact]:
     facts = [
-        Fact("pallet", " x ".join(f"{side:g}" for side in stack.size) + " m"),
+        Fact("pallet", " x ".join(f"{side:g}" for side in stack.pallet.size) + " m"),
         Fact("mass", f"{sum(each.carton.mass for each in stack.placements):.0f} kg"),
         Fact("moved in the engine", f"up to {1e3 * max(stack.sinking, stack.shift):.1f} mm"),
     ]

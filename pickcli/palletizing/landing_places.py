@@ -12,10 +12,9 @@ from itertools import product
 import numpy as np
 
 from pickcli.geometry import Array
-from pickcli.palletizing.pallet_order import ROUNDED, Carton, PalletOrder
+from pickcli.palletizing.pallet_order import LEVEL, ROUNDED, Carton, PalletOrder
 from pickcli.palletizing.pallet_stack import Placement
 
-LEVEL = 5e-4  # m by which tops that bear the same carton may differ in height
 MOST_EDGES = 160  # positions along one axis, evenly chosen of more
 
 
@@ -58,12 +57,10 @@ def _in_orientation(
     order: PalletOrder, lows: Array, highs: Array, carton: Carton, is_turned: bool
 ) -> LandingPlaces | None:
     size = np.array(carton.size)[[1, 0, 2]] if is_turned else np.array(carton.size)
-    edge = np.array(order.pallet.size) / 2
-    if (size[:2] > 2 * edge).any():
+    room = np.array(order.pallet.room(order.clearance))
+    if (size[:2] > room[1] - room[0] + ROUNDED).any():
         return None
-    options = [
-        _along(lows[:, k], highs[:, k], float(size[k]), float(edge[k]), order.clearance) for k in (0, 1)
-    ]
+    options = [_along(lows[:, k], highs[:, k], float(size[k]), room[:, k], order.clearance) for k in (0, 1)]
     at = np.array(list(product(*options)))
     far = at + size[:2]
     across = np.minimum(far[:, None], highs[None, :, :2]) - np.maximum(at[:, None], lows[None, :, :2])
@@ -78,22 +75,23 @@ def _in_orientation(
     bears = is_over & (np.abs(tops - z[:, None]) <= LEVEL)
     areas = (np.where(bears[:, :, None], across, 0.0)).prod(axis=2).sum(axis=1) / size[:2].prod()
     low = np.column_stack([at, z])
-    beside = _beside(low, low + size, lows, highs, edge, order.clearance)
+    beside = _beside(low, low + size, lows, highs, room, order.clearance)
     return LandingPlaces(low, is_turned, np.where(z == 0.0, 1.0, areas), beside)
 
 
-def _along(lows: Array, highs: Array, length: float, edge: float, clearance: float) -> list[float]:
+def _along(lows: Array, highs: Array, length: float, room: Array, clearance: float) -> list[float]:
     """Return positions of the lower side along one axis: in line with edges, and beside them."""
-    starts = np.concatenate([[-edge], lows, highs + clearance])
-    ends = np.concatenate([[edge], highs, lows - clearance]) - length
+    starts = np.concatenate([room[:1], lows, highs + clearance])
+    ends = np.concatenate([room[1:], highs, lows - clearance]) - length
     found = np.concatenate([starts, ends])
-    found = np.unique(np.round(found[(found >= -edge - ROUNDED) & (found + length <= edge + ROUNDED)], 6))
+    is_inside = (found >= room[0] - ROUNDED) & (found + length <= room[1] + ROUNDED)
+    found = np.unique(np.round(found[is_inside], 6))
     if len(found) > MOST_EDGES:
         found = found[np.linspace(0, len(found) - 1, MOST_EDGES).round().astype(int)]
     return [float(value) for value in found]
 
 
-def _beside(low: Array, high: Array, lows: Array, highs: Array, edge: Array, clearance: float) -> Array:
+def _beside(low: Array, high: Array, lows: Array, highs: Array, room: Array, clearance: float) -> Array:
     """Return (N,) m of the sides of bases that are within twice the clearance of others, or at the edge."""
     total = np.zeros(len(low))
     is_high = (lows[None, :, 2] < high[:, None, 2]) & (highs[None, :, 2] > low[:, None, 2])
@@ -106,7 +104,7 @@ def _beside(low: Array, high: Array, lows: Array, highs: Array, edge: Array, cle
         for gap in (low[:, None, k] - highs[None, :, k], lows[None, :, k] - high[:, None, k]):
             is_beside = (gap >= -ROUNDED) & (gap <= 2 * clearance)
             total += np.where(is_beside, shared, 0.0).sum(axis=1)
-        is_first = low[:, k] <= -edge[k] + 2 * clearance
-        is_last = high[:, k] >= edge[k] - 2 * clearance
+        is_first = low[:, k] <= room[0, k] + 2 * clearance
+        is_last = high[:, k] >= room[1, k] - 2 * clearance
         total += (is_first.astype(float) + is_last) * (high - low)[:, other]
     return total

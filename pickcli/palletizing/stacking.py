@@ -15,14 +15,12 @@ import numpy as np
 
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
-from pickcli.palletizing.landing_places import LEVEL, landing_places
-from pickcli.palletizing.pallet_order import ROUNDED, Carton, PalletOrder
+from pickcli.palletizing.landing_places import landing_places
+from pickcli.palletizing.pallet_order import CENTRE_ERROR, LEVEL, ROUNDED, Carton, PalletOrder, least_contact
 from pickcli.palletizing.pallet_stack import PalletStack, Placement, all_bearing
 from pickcli.palletizing.support_polygon import EMPTY, clipped, depth_inside, hull, rectangle
 from pickcli.seeds import derived_rng
 
-CENTRE_ERROR = 0.05  # of each side, by which the centre of mass may be off the middle
-LEAST_CONTACT = 1e-3  # m
 LEAST_AREA = 0.55  # of a base over what bears it: cardboard sags beyond
 MOST_TRIED = 300  # places of a carton, the lowest first, whose support is worked out
 N_COMPARED = 3  # places that are compared by what comes next
@@ -90,7 +88,7 @@ class _Pallet:
         placement = Placement(carton, low, is_turned, (), EMPTY, top + ABOVE)
         bearers = () if low[2] == 0.0 else tuple(p for p in self.placed if _touches(p, placement))
         if bearers:
-            firm = [p for p in bearers if _contact(p, placement).min() >= self._least_contact]
+            firm = [p for p in bearers if _contact(p, placement).min() >= least_contact(self.order.clearance)]
             pieces = [clipped(p.bears_within, low[:2], placement.high[:2]) for p in firm]
             within = hull(np.concatenate([EMPTY, *pieces]))
         else:
@@ -106,11 +104,6 @@ class _Pallet:
         ):
             return "would crush what bears it"
         return replace(placement, rests_on=names, bears_within=within)
-
-    @property
-    def _least_contact(self) -> float:
-        """M that a contact is wide at least to bear: narrower ones may not be there where poses are off."""
-        return max(self.order.clearance, LEAST_CONTACT)
 
     def _why_not(self, carton: Carton, against: Counter[str]) -> Failures:
         if not against:

@@ -14,7 +14,7 @@ from scipy.optimize import linprog
 from pickcli.geometry import Array
 from pickcli.palletizing.drop_test import drop_test, what_stands
 from pickcli.palletizing.pallet_order import Carton, Pallet, PalletOrder
-from pickcli.palletizing.pallet_stack import PalletStack, Placement, loads_on
+from pickcli.palletizing.pallet_stack import Placement, loads_on
 from pickcli.palletizing.pallet_stack_file import stack_to_dict
 from pickcli.palletizing.random_pallet_order import random_pallet_order
 from pickcli.palletizing.stacking import stack_all, stack_as_they_come
@@ -92,17 +92,16 @@ def test_no_two_cartons_overlap_and_the_engine_agrees_that_they_stand() -> None:
     assert len(stack.placements) > 8
     for p, q in combinations(stack.placements, 2):
         assert (np.minimum(p.high, q.high) - np.maximum(p.low, q.low)).min() <= 1e-6
-    tested = drop_test(stack)
+    tested = drop_test(stack.order.pallet, stack.placements)
     assert tested.is_stable and tested.sinking < 0.002
 
 
 def test_what_overhangs_falls_in_the_engine() -> None:
     """The hull that bears it is narrower than half of it: no stacking would put it there."""
     lower, upper = Carton("lower", (0.2, 0.2, 0.2), 2.0), Carton("upper", (0.4, 0.2, 0.1), 2.0)
-    order = PalletOrder(SMALL, (lower, upper))
     base = Placement(lower, np.array([-0.3, -0.1, 0.0]), False, (), EMPTY, 1.0)
     over = Placement(upper, np.array([-0.28, -0.1, 0.2]), False, ("lower",), EMPTY, 1.0)
-    tested = drop_test(PalletStack(order, (base, over)))
+    tested = drop_test(SMALL, (base, over))
     assert not tested.is_stable
     assert [reason.where for reason in tested.reasons] == ["upper"]
     assert not can_balance((base, over))
@@ -115,11 +114,11 @@ def test_what_moves_in_the_engine_is_left_with_all_that_comes_after_it() -> None
     order = PalletOrder(Pallet((0.45, 0.35), 0.144, 2.0), (*light, *heavy))
     whole = stack_as_they_come(order)
     assert len(whole.placements) == 5 and can_balance(whole.placements)
-    assert not drop_test(whole).is_stable
+    assert not drop_test(order.pallet, whole.placements).is_stable
     kept, tested = what_stands(whole)
     n = len(kept.placements)
     assert tested.is_stable and 2 <= n < 5 and kept.placements == whole.placements[:n]
-    assert not drop_test(PalletStack(order, whole.placements[: n + 1])).is_stable
+    assert not drop_test(order.pallet, whole.placements[: n + 1]).is_stable
     assert list(kept.left) == [carton.id for carton in order.cartons[n:]]
 
 
@@ -180,5 +179,5 @@ def test_what_has_no_place_says_why(carton: Carton, told: str) -> None:
 
 def test_the_same_seed_gives_the_same_stack() -> None:
     order = order_of(8, 14)
-    first, again = (stack_to_dict(stack_all(order, 4), drop_test(PalletStack(order))) for _ in range(2))
+    first, again = (stack_to_dict(stack_all(order, 4), drop_test(order.pallet, ())) for _ in range(2))
     assert first == again
