@@ -25,7 +25,10 @@ MOST_SHIFT = 0.020  # m sideways, beyond which a carton is not where others are 
 TIME_STEP = 2e-3  # s
 DROPPED = 1e-3  # m over its place, from which each carton falls
 SHRUNK = 1e-3  # m of each side
-BETWEEN, AFTERWARDS = 0.25, 2.0  # s after each carton, and after all
+LEAST, MOST = 0.05, 1.0  # s after each carton, until all are at rest
+RESTING = (5e-3, 0.02)  # m/s and rad/s, below which a carton is at rest
+N_BETWEEN = 5  # time steps from one look at the speeds to the next
+AFTERWARDS = 2.0  # s after all
 DECK = "pallet deck"
 THICK = 0.1  # m, of deck and walls
 GREY, BROWN = (0.6, 0.6, 0.6, 1.0), (0.7, 0.5, 0.3, 1.0)
@@ -61,7 +64,7 @@ def drop_test(pallet: Pallet, placements: Sequence[Placement]) -> DropTest:
     Returns:
         How far the cartons ended from where they were put down.
     """
-    engine = Engine(TIME_STEP)
+    engine, there = Engine(TIME_STEP), list[str]()
     try:
         for body in _container(pallet):
             engine.add_static(body, np.eye(4), GREY)
@@ -70,7 +73,8 @@ def drop_test(pallet: Pallet, placements: Sequence[Placement]) -> DropTest:
             engine.add_item(placement.carton.id, _solid(placement), T, BROWN)
             for each in placement.rests_on:
                 engine.wake(each)
-            _run(engine, BETWEEN)
+            there.append(placement.carton.id)
+            _settle(engine, there)
         for placement in placements:
             engine.wake(placement.carton.id)
         _run(engine, AFTERWARDS)
@@ -140,6 +144,15 @@ def _solid(placement: Placement) -> Item:
     shape = Shape(ShapeKind.BOX, (x - SHRUNK, y - SHRUNK, z))
     name = placement.carton.id
     return Item(name, 0, shape, placement.carton.mass, 0, {}, "", "", 0.0, 1.0, "", "")
+
+
+def _settle(engine: Engine, names: Sequence[str]) -> None:
+    """Run until cartons are at rest: the next one comes down on nothing that moves."""
+    _run(engine, LEAST)
+    for _ in range(round((MOST - LEAST) / TIME_STEP / N_BETWEEN)):
+        if (np.array([engine.speed(name) for name in names]) <= RESTING).all():
+            return
+        _run(engine, N_BETWEEN * TIME_STEP)
 
 
 def _run(engine: Engine, duration: float) -> None:
