@@ -25,6 +25,8 @@ from pickcli.seeds import derived_rng
 LEAST_AREA = 0.55  # of a base over what bears it: cardboard sags beyond
 MOST_TRIED = 300  # places of a carton, the lowest first, whose support is worked out
 N_COMPARED = 3  # places that are compared by what comes next
+LAYER = 0.1  # m by which heights are told apart where cartons that are about as high come together
+FILLED = (0.57, 0.64)  # shares of the room that the smallest cartons of too large an order may fill
 N_REPAIRED = 16  # further sequences with the whole order known, while something is left
 EARLIER = (0.05, 0.5)  # share of a sequence by which what was left of it comes earlier in the next
 ABOVE = 0.05  # m over the highest carton, from which others come down
@@ -149,6 +151,7 @@ def stack_all(order: PalletOrder, seed: int = 0) -> PalletStack:
         The stack with the most cartons, of several the fullest.
     """
     sequences = [sorted(order.cartons, key=key) for key in SEQUENCES] + [list(order.cartons)]
+    sequences += [_smallest(order, share) for share in FILLED]
     tried = [(_in_turns(order, sequence), sequence) for sequence in sequences]
     tried += [(_in_turns(order, sequences[0], across), sequences[0]) for across in (False, True)]
     best, sequence = max(tried, key=lambda each: _quality(each[0]))
@@ -161,6 +164,15 @@ def stack_all(order: PalletOrder, seed: int = 0) -> PalletStack:
         if _quality(stack) >= _quality(best):
             best, sequence = stack, repaired
     return best
+
+
+def _smallest(order: PalletOrder, share: float) -> list[Carton]:
+    """Return a sequence that begins with the smallest cartons, as many as fill a share of the room."""
+    pallet = order.pallet
+    room = pallet.size[0] * pallet.size[1] * (pallet.height - pallet.deck)
+    ordered = sorted(order.cartons, key=_volume)
+    n = int(np.searchsorted(np.cumsum([_volume(carton) for carton in ordered]), share * room))
+    return sorted(ordered[:n], key=_by_height) + ordered[n:]
 
 
 def _quality(stack: PalletStack) -> tuple[int, float]:
@@ -240,9 +252,19 @@ def _area(carton: Carton) -> float:
     return carton.size[0] * carton.size[1]
 
 
+def _volume(carton: Carton) -> float:
+    return _area(carton) * carton.size[2]
+
+
+def _by_height(carton: Carton) -> tuple[float, ...]:
+    return -carton.size[2], -_area(carton)
+
+
+# Keys by which cartons are sorted; with those as high as each other next to each other, layers become level.
 SEQUENCES: tuple[Callable[[Carton], tuple[float, ...]], ...] = (
     lambda c: (-_area(c), -c.size[2]),
-    lambda c: (-_area(c) * c.size[2],),
-    lambda c: (-c.size[2], -_area(c)),
+    lambda c: (-_volume(c),),
+    _by_height,
+    lambda c: (-round(c.size[2] / LAYER), -_area(c), -c.size[2]),
     lambda c: (-c.mass, -_area(c)),
-)  # keys by which cartons are sorted
+)
