@@ -107,6 +107,21 @@ def test_what_overhangs_falls_in_the_engine() -> None:
     assert not can_balance((base, over))
 
 
+@pytest.mark.parametrize(("overhang", "stands"), [(0.005, False), (-0.005, True)])
+def test_nothing_is_put_on_what_has_begun_to_tip(overhang: float, stands: bool) -> None:
+    """A plank whose middle is 5 mm beyond its block; the counterweight that comes next would hold it."""
+    block, plank = Carton("block", (0.4, 0.4, 0.2), 10.0), Carton("plank", (0.8, 0.4, 0.04), 3.0)
+    weight = Carton("weight", (0.1, 0.4, 0.1), 10.0)
+    left = overhang - 0.4
+    placed = (
+        Placement(block, np.array([-0.4, -0.2, 0.0]), False, (), EMPTY, 1.0),
+        Placement(plank, np.array([left, -0.2, 0.2]), False, ("block",), EMPTY, 1.0),
+        Placement(weight, np.array([left, -0.2, 0.24]), False, ("plank",), EMPTY, 1.0),
+    )
+    assert can_balance(placed) and can_balance(placed[:2]) is stands
+    assert drop_test(Pallet(), placed).is_stable is stands
+
+
 def test_what_moves_in_the_engine_is_left_with_all_that_comes_after_it() -> None:
     """The engine gives way where the mass on a carton is five hundred times its own."""
     light = tuple(Carton(f"light_{k}", (0.4, 0.3, 0.2), 0.2) for k in range(2))
@@ -120,6 +135,15 @@ def test_what_moves_in_the_engine_is_left_with_all_that_comes_after_it() -> None
     assert tested.is_stable and 2 <= n < 5 and kept.placements == whole.placements[:n]
     assert not drop_test(order.pallet, whole.placements[: n + 1]).is_stable
     assert list(kept.left) == [carton.id for carton in order.cartons[n:]]
+
+
+def test_what_a_sequence_left_comes_earlier_in_the_next() -> None:
+    """No sequence that is sorted stacks all of this order; one that is repaired does."""
+    order = order_of(6, 26)
+    assert len(stack_all(order, 3).placements) == 26
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("pickcli.palletizing.stacking.N_REPAIRED", 0)
+        assert len(stack_all(order, 3).placements) < 26
 
 
 @pytest.mark.parametrize("size", [(0.38, 0.28, 0.25), (0.28, 0.38, 0.25)])
