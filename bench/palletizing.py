@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -28,6 +29,7 @@ from pickcli.palletizing.random_pallet_order import random_pallet_order
 from pickcli.palletizing.stack_verification import verify_stack
 from pickcli.palletizing.stacking import stack_all, stack_as_they_come
 
+EVERY = 20  # orders after which the figures so far are told
 CELL = 0.01  # m, of a height map
 WAYS: dict[str, Callable[[PalletOrder], PalletStack]] = {
     "offline": stack_all,
@@ -36,24 +38,37 @@ WAYS: dict[str, Callable[[PalletOrder], PalletStack]] = {
 }
 
 
-def figures(way: Callable[[PalletOrder], PalletStack], orders: list[PalletOrder]) -> str:
+@dataclass
+class Figures:
     """Score, fill, collapses, refusals by the verifier, and times of one way of stacking."""
-    scores, fills, times, worst, n_collapsed, n_refused = [], [], [], 0.0, 0, 0
-    for order in orders:
+
+    way: Callable[[PalletOrder], PalletStack]
+    scores: list[float] = field(default_factory=list)
+    fills: list[float] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)  # s
+    worst: float = 0.0  # m that a carton moved
+    n_collapsed: int = 0
+    n_refused: int = 0
+
+    def add(self, order: PalletOrder) -> None:
+        """Stack an order, put it up in the engine, and have it verified."""
         began = process_time()
-        stack = way(order)
-        times.append(process_time() - began)
+        stack = self.way(order)
+        self.times.append(process_time() - began)
         tested = drop_test(order.pallet, stack.placements)
-        n_collapsed += not tested.is_stable
-        n_refused += is_refused(stack, tested)
-        worst = max(worst, tested.sinking, tested.shift)
-        scores.append(stack.share_placed if tested.is_stable else 0.0)
-        fills.append(stack.fill)
-    return (
-        f"score {np.mean(scores):.3f}, fill {np.mean(fills):.2f}, {n_collapsed} of {len(orders)} collapse, "
-        f"{n_refused} refused, most moved {1e3 * worst:.1f} mm, s an order: median {np.median(times):.2f}, "
-        f"worst {max(times):.2f}"
-    )
+        self.n_collapsed += not tested.is_stable
+        self.n_refused += is_refused(stack, tested)
+        self.worst = max(self.worst, tested.sinking, tested.shift)
+        self.scores.append(stack.share_placed if tested.is_stable else 0.0)
+        self.fills.append(stack.fill)
+
+    def __str__(self) -> str:
+        """All of them, in a line."""
+        return (
+            f"score {np.mean(self.scores):.3f}, fill {np.mean(self.fills):.2f}, {self.n_collapsed} of "
+            f"{len(self.scores)} collapse, {self.n_refused} refused, most moved {1e3 * self.worst:.1f} mm, "
+            f"s an order: median {np.median(self.times):.2f}, worst {max(self.times):.2f}"
+        )
 
 
 def is_refused(stack: PalletStack, tested: DropTest) -> bool:
@@ -111,14 +126,19 @@ def main() -> None:
     least, most = map(int, given.cartons.split(","))
     numbers = np.random.default_rng(given.seed).integers(least, most + 1, given.orders).tolist()
     orders = [random_pallet_order(n, given.seed + k) for k, n in enumerate(numbers)]
-    for name in given.ways.split(","):
-        if name == "height-map":
-            by_area = [sorted(o.cartons, key=lambda c: -c.size[0] * c.size[1]) for o in orders]
-            offline = np.mean(list(map(share_by_height_map, orders, by_area)))
-            online = np.mean([share_by_height_map(order, order.cartons) for order in orders])
-            print(f"height map: placed {offline:.3f} from large to small, {online:.3f} as they come")
-        else:
-            print(f"{name}: {figures(WAYS[name], orders)}", flush=True)
+    names = given.ways.split(",")
+    if "height-map" in names:
+        names.remove("height-map")
+        by_area = [sorted(o.cartons, key=lambda c: -c.size[0] * c.size[1]) for o in orders]
+        offline = np.mean(list(map(share_by_height_map, orders, by_area)))
+        online = np.mean([share_by_height_map(order, order.cartons) for order in orders])
+        print(f"height map: placed {offline:.3f} from large to small, {online:.3f} as they come", flush=True)
+    ways = {name: Figures(WAYS[name]) for name in names}
+    for k, order in enumerate(orders):
+        for name, found in ways.items():
+            found.add(order)
+            if (k + 1) % EVERY == 0 or k + 1 == len(orders):
+                print(f"{name}: {found}", flush=True)
 
 
 if __name__ == "__main__":

@@ -7,15 +7,16 @@ the engine does not push apart what stands side by side.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose
+from pickcli.palletizing.pallet_bodies import deck_body, wall_bodies
 from pickcli.palletizing.pallet_order import Pallet
 from pickcli.palletizing.pallet_stack import PalletStack, Placement
 from pickcli.simulation.engine import Engine
@@ -29,8 +30,7 @@ LEAST, MOST = 0.05, 1.0  # s after each carton, until all are at rest
 RESTING = (5e-3, 0.02)  # m/s and rad/s, below which a carton is at rest
 N_BETWEEN = 5  # time steps from one look at the speeds to the next
 AFTERWARDS = 2.0  # s after all
-DECK = "pallet deck"
-THICK = 0.1  # m, of deck and walls
+THICK = 0.1  # m, of the deck
 GREY, BROWN = (0.6, 0.6, 0.6, 1.0), (0.7, 0.5, 0.3, 1.0)
 
 
@@ -66,7 +66,7 @@ def drop_test(pallet: Pallet, placements: Sequence[Placement]) -> DropTest:
     """
     engine, there = Engine(TIME_STEP), list[str]()
     try:
-        for body in _container(pallet):
+        for body in (deck_body(pallet, THICK), *wall_bodies(pallet)):
             engine.add_static(body, np.eye(4), GREY)
         for placement in placements:
             T = pose(placement.centre + np.array([0.0, 0.0, DROPPED]))
@@ -110,20 +110,6 @@ def what_stands(stack: PalletStack) -> tuple[PalletStack, DropTest]:
     after = Failures((Reason("comes after what moves in the engine", names[stands]),))
     left = stack.left | against | dict.fromkeys(names[moves:], after)
     return replace(stack, placements=stack.placements[:stands], left=left), tested_first(stands)
-
-
-def _container(pallet: Pallet) -> Iterator[Body]:
-    """Yield deck and walls, in the frame of the pallet."""
-    length, width = pallet.size
-    height = pallet.height - pallet.deck
-    yield Body(DECK, Shape(ShapeKind.BOX, (length, width, THICK)), pose([0.0, 0.0, -THICK / 2]))
-    for side in pallet.walls:
-        out = -1.0 if side[0] == "-" else 1.0
-        if side[1] == "x":
-            size, at = (THICK, width, height), (out * (length + THICK) / 2, 0.0, height / 2)
-        else:
-            size, at = (length, THICK, height), (0.0, out * (width + THICK) / 2, height / 2)
-        yield Body(f"wall {side}", Shape(ShapeKind.BOX, size), pose(at))
 
 
 def _judged(placements: Sequence[Placement], ends: dict[str, Array]) -> DropTest:
