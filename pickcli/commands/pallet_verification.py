@@ -57,8 +57,8 @@ def verify_pallet(path: Path, order_path: Path | None, drops: bool, as_json: boo
     from pickcli.palletizing.stack_verification import verify_stack
 
     refuse_options(of_a_stack=True)
-    stack = read_pallet_stack(path)
     order = None if order_path is None else read_pallet_order(order_path)
+    stack = read_pallet_stack(path)
     with stage("verification"):
         verdict = verify_stack(stack, order)
     tested = None

@@ -24,6 +24,7 @@ from pickcli.palletizing.pallet_order_file import MOST_BORNE, MOST_CARTONS, Bear
 from pickcli.palletizing.pallet_stack import PalletStack, Placement, loads_on
 
 DECIMALS = 6  # of lengths, in m
+MOST_CORNERS = 500  # of a polygon
 Length = Annotated[float, Field(ge=-100.0, le=100.0)]
 
 
@@ -79,7 +80,7 @@ class _Placed(FileModel):
     position: Annotated[tuple[Length, ...], Len(3, 3)]
     yaw_deg: Literal[0, 90]
     rests_on: tuple[Name, ...]
-    borne_within: tuple[Annotated[tuple[Length, ...], Len(2, 2)], ...]
+    borne_within: Annotated[tuple[Annotated[tuple[Length, ...], Len(2, 2)], ...], Len(0, MOST_CORNERS)]
     load: Annotated[float, Field(ge=0.0)]
     comes_down_from: Length
 
