@@ -151,7 +151,7 @@ def stack_all(order: PalletOrder, seed: int = 0) -> PalletStack:
         The stack with the most cartons, of several the fullest.
     """
     sequences = [sorted(order.cartons, key=key) for key in SEQUENCES] + [list(order.cartons)]
-    sequences += [_smallest(order, share) for share in FILLED]
+    sequences += _smallest_first(order)
     tried = [(_in_turns(order, sequence), sequence) for sequence in sequences]
     tried += [(_in_turns(order, sequences[0], across), sequences[0]) for across in (False, True)]
     best, sequence = max(tried, key=lambda each: _quality(each[0]))
@@ -166,13 +166,14 @@ def stack_all(order: PalletOrder, seed: int = 0) -> PalletStack:
     return best
 
 
-def _smallest(order: PalletOrder, share: float) -> list[Carton]:
-    """Return a sequence that begins with the smallest cartons, as many as fill a share of the room."""
+def _smallest_first(order: PalletOrder) -> list[list[Carton]]:
+    """Return sequences of too large an order: first the smallest cartons, up to a share of the room."""
     pallet = order.pallet
     room = pallet.size[0] * pallet.size[1] * (pallet.height - pallet.deck)
     ordered = sorted(order.cartons, key=_volume)
-    n = int(np.searchsorted(np.cumsum([_volume(carton) for carton in ordered]), share * room))
-    return sorted(ordered[:n], key=_by_height) + ordered[n:]
+    filled = np.cumsum([_volume(carton) for carton in ordered]) / room
+    numbers = [int(np.searchsorted(filled, share)) for share in FILLED if filled[-1] > share]
+    return [sorted(ordered[:n], key=_by_height) + ordered[n:] for n in numbers]
 
 
 def _quality(stack: PalletStack) -> tuple[int, float]:
@@ -206,6 +207,8 @@ def stack_as_they_come(order: PalletOrder, look_ahead: int = 0) -> PalletStack:
         places = pallet.places(carton, N_COMPARED if following else 1)
         if isinstance(places, Failures):
             left[carton.id] = places
+        elif len(places) == 1:
+            pallet.put(places[0])
         else:
             pallet.put(min(places, key=lambda place: _cost_of_next(pallet, place, following)))
     return PalletStack(order, tuple(pallet.placed), left)
