@@ -104,11 +104,15 @@ def lowest_place(
     i, j = (round(side / CELL) for side in across)
     if i > heights.shape[0] or j > heights.shape[1]:
         return None
-    below = np.lib.stride_tricks.sliding_window_view(heights, (i, j))
-    z = below.max(axis=(2, 3))
-    bears = below >= z[:, :, None, None] - CELL / 2
-    corners = bears[:, :, [0, 0, -1, -1], [0, -1, 0, -1]].sum(axis=2)
-    stands = (bears.mean(axis=(2, 3)) >= 0.75) & (corners >= 3) & (z <= most + 1e-9)
+    windows = np.lib.stride_tricks.sliding_window_view
+    z = windows(windows(heights, i, 0).max(axis=-1), j, 1).max(axis=-1)
+    stands, (n_x, n_y) = z <= most + 1e-9, z.shape
+    for height in np.unique(z[stands]).tolist():
+        bears = (heights >= height - CELL / 2).astype(int)
+        counts = np.pad(bears.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+        borne = counts[i:, j:] - counts[:-i, j:] - counts[i:, :-j] + counts[:-i, :-j]
+        corners = sum(bears[x : x + n_x, y : y + n_y] for x in (0, i - 1) for y in (0, j - 1))
+        stands &= (z != height) | ((borne >= 0.75 * i * j) & (corners >= 3))
     if not stands.any():
         return None
     x, y = np.unravel_index(np.where(stands, z, np.inf).argmin(), z.shape)
