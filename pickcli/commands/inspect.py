@@ -250,7 +250,7 @@ def _stacked(path: Path) -> dict[str, Any]:
     return {
         "format": "apc stacked pallet",
         "version": 1,
-        "pallet_m": list(stack.size),
+        "pallet_m": list(stack.pallet.size),
         "top_m": stack.top,
         "n_placed": len(placed),
         "n_left": len(stack.left),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,6 +11,10 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+
+if TYPE_CHECKING:
+    from pickcli.palletizing.drop_test import DropTest
+    from pickcli.palletizing.pallet_stack import PalletStack
 
 
 @click.command("plan-pallet", cls=Command)
@@ -27,8 +32,8 @@ def command(
     """Plan where each carton of an order stands on its pallet, and in which sequence.
 
     Every carton comes straight down and stands by itself at any time, by the polygons that bear it; then the
-    whole is put up in the physics engine. What has no place, or moves there, is listed with the reasons. Exit
-    code 5 when that is all of them; nothing is written then.
+    whole is put up in the physics engine. What has no place, or moves there, is left, with the reasons. Exit
+    code 5 when something is left; the stack of the others is written all the same.
 
     \b
     Example:
@@ -49,19 +54,25 @@ def command(
         stack = stack_as_they_come(order, look_ahead) if online else stack_all(order, seed)
     with stage("drop test"):
         stack, tested = what_stands(stack)
-    if not stack.placements:
-        raise NoPlanError("a stack", [reason for left in stack.left.values() for reason in left.reasons])
     write_pallet_stack(output, stack, tested, overwrite)
     if as_json:
-        told = stack_to_dict(stack, tested)
+        written = stack_to_dict(stack, tested)
         figures = {"placed": len(stack.placements), "of": len(order.cartons), "fill": stack.fill}
-        emit_json({"path": str(output), **figures, "left": told["left"], "drop_test": told["drop_test"]})
-        return
-    for reasons in stack.left.values():
-        click.echo(f"left: {reasons.summary()}")
-    top = max(float(placement.high[2]) for placement in stack.placements) + order.pallet.deck
-    placed = f"{len(stack.placements)} of {len(order.cartons)} cartons, {top:.2f} m high"
+        emit_json({"path": str(output), **figures, **{key: written[key] for key in ("left", "drop_test")}})
+    told = f"{_text(stack, tested)}: {output}"
+    if stack.left:
+        lines = [f"{len(stack.left)} of {len(order.cartons)} cartons are left"]
+        lines += [f"  {reasons.summary()}" for reasons in stack.left.values()]
+        reasons = [reason for left in stack.left.values() for reason in left.reasons]
+        raise NoPlanError(f"all of {order_path}", reasons, "\n".join([*lines, f"written: {told}"]))
+    if not as_json:
+        click.echo(told)
+
+
+def _text(stack: PalletStack, tested: DropTest) -> str:
+    top = max((float(p.high[2]) for p in stack.placements), default=0.0) + stack.order.pallet.deck
     most = 1e3 * max(tested.sinking, tested.shift)
-    click.echo(
-        f"{placed}, {100 * stack.fill:.0f} % full; nothing moved over {most:.0f} mm in the engine: {output}"
+    return (
+        f"{len(stack.placements)} of {len(stack.order.cartons)} cartons, {top:.2f} m high, "
+        f"{100 * stack.fill:.0f} % full; nothing moved over {most:.0f} mm in the engine"
     )

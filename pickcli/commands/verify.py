@@ -13,6 +13,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
+from pickcli.commands.pallet_verification import refuse_options, verify_pallet
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
 from pickcli.commands.stream_options import StreamOptions, stream_options
 
@@ -27,17 +28,25 @@ if TYPE_CHECKING:
 @click.option("--stopped", "stopped_path", type=PATH, metavar="PLAN",
               help="For a way back after a stop, the plan that was stopped.")  # fmt: skip
 @standing_option
+@click.option("--order", "order_path", type=PATH, metavar="ORDER",
+              help="For a stacked pallet, the order that it must be a stack of.")  # fmt: skip
+@click.option("--drop-test", is_flag=True,
+              help="Put a stacked pallet up in the physics engine, too.")  # fmt: skip
 @click.option("--write", is_flag=True, help="Write the certificate into the plan's file.")
 @json_option
 def command(
     plan_path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
-    stopped_path: Path | None, standing: tuple[str, ...], write: bool, as_json: bool, request: StreamOptions,
+    stopped_path: Path | None, standing: tuple[str, ...], order_path: Path | None, drop_test: bool,
+    write: bool, as_json: bool, request: StreamOptions,
 ) -> None:  # fmt: skip
-    """Check a plan with the independent verifier.
+    """Check a plan, or a stacked pallet, with the independent verifier.
 
     The verifier uses exact shapes, its own kinematics and proven bounds, in the scene that the plan was made
     for; name only --cell if it was made without one. Of a plan for a running conveyor, name the stream and
     the time at which it starts.
+
+    Of a stacked pallet it checks room, ways down, balance at any time and loads; name its order to compare
+    with that, too.
 
     Exit code 0 when it may be executed, 4 when it is rejected, damaged or made for another scene.
 
@@ -46,11 +55,18 @@ def command(
       apc verify plan.json --scene scene.json --write
       apc verify move.json --cell my_robot
       apc verify plan.json --stream stream.json --now 1.5
+      apc verify stack.json --order pallet.json --drop-test
     """
     from pickcli.errors import InputError, RejectedError, StaleError
+    from pickcli.files.bounded_reading import read_kind
+    from pickcli.files.file_kind import STACKED
     from pickcli.motion.plan_file import read_plan, write_plan
     from pickcli.verification.verify import verify
 
+    if plan_path.is_file() and read_kind(plan_path) is STACKED:
+        verify_pallet(plan_path, order_path, drop_test, as_json)
+        return
+    refuse_options(of_a_stack=False)
     plan = read_plan(plan_path)
     stopped = None if stopped_path is None else read_plan(stopped_path).trajectory
     if stopped is not None and plan.recovery is None:

@@ -12,7 +12,6 @@ from pickcli.page.page_motion import Chapter, PageMotion, Track
 from pickcli.page.page_scene import (
     INVISIBLE_ROBOT,
     Fact,
-    PageBody,
     PageGroup,
     PageItem,
     PageShape,
@@ -20,11 +19,13 @@ from pickcli.page.page_scene import (
     posed,
     rounded,
 )
+from pickcli.page.shape_parts import drawn_body
+from pickcli.palletizing.pallet_bodies import deck_body, wall_bodies
 from pickcli.palletizing.pallet_stack import Placement
 from pickcli.palletizing.pallet_stack_file import StackedPallet
 
 _ORIGIN = pose((0.0, 0.0, 0.0))
-_WOOD = "#b58b5a"
+_WOOD, _STEEL, _CLEAR = "#b58b5a", "#9aa4ad", 0.2
 _INKS = ("#0072b2", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#d55e00")
 _ACROSS, _DOWN = 0.6, 0.6  # s from the row where a carton waits to over its place, and down to it
 _APART = 0.1  # m between cartons that wait
@@ -40,10 +41,9 @@ def pallet_page(stack: StackedPallet) -> PageDocument:
     Returns:
         The page; the world is the frame of the pallet, on its deck.
     """
-    n, per_carton = len(stack.placements), _ACROSS + _DOWN
+    pallet, n, per_carton = stack.pallet, len(stack.placements), _ACROSS + _DOWN
     waiting = _waiting(stack)
     duration = max(n, 1) * per_carton
-    deck = PageShape("box", rounded((*stack.size, stack.deck)))
     return PageDocument(
         kind="pallet",
         title="Stacked pallet",
@@ -51,9 +51,9 @@ def pallet_page(stack: StackedPallet) -> PageDocument:
         facts=tuple(_facts(stack)),
         robot=INVISIBLE_ROBOT,
         groups=(
-            PageGroup("pallet", posed(pose((0.0, 0.0, -stack.deck / 2))), _WOOD,
-                      (PageBody("deck", deck, posed(_ORIGIN)),)),
-        ),
+            PageGroup("pallet", posed(_ORIGIN), _WOOD, (drawn_body(deck_body(pallet, pallet.deck)),)),
+            PageGroup("walls", posed(_ORIGIN), _STEEL, tuple(map(drawn_body, wall_bodies(pallet))), _CLEAR),
+        )[: 1 + bool(pallet.walls)],
         items=tuple(
             _item(each, start, _INKS[k % len(_INKS)], stack.loads[each.carton.id])
             for k, (each, start) in enumerate(zip(stack.placements, waiting, strict=True))
@@ -79,8 +79,8 @@ def _waiting(stack: StackedPallet) -> list[Array]:
     x, found = 0.0, []
     for placement in stack.placements:
         size = placement.size
-        y = -stack.size[1] / 2 - 1.0 - size[1] / 2
-        found.append(np.array([x + size[0] / 2, y, size[2] / 2 - stack.deck]))
+        y = -stack.pallet.size[1] / 2 - 1.0 - size[1] / 2
+        found.append(np.array([x + size[0] / 2, y, size[2] / 2 - stack.pallet.deck]))
         x += float(size[0]) + _APART
     middle = np.array([(x - _APART) / 2, 0.0, 0.0])
     return [each - middle for each in found]
@@ -109,7 +109,7 @@ def _track(placement: Placement, start: Array, t: float) -> Track:
 
 def _facts(stack: StackedPallet) -> list[Fact]:
     facts = [
-        Fact("pallet", " x ".join(f"{side:g}" for side in stack.size) + " m"),
+        Fact("pallet", " x ".join(f"{side:g}" for side in stack.pallet.size) + " m"),
         Fact("mass", f"{sum(each.carton.mass for each in stack.placements):.0f} kg"),
         Fact("moved in the engine", f"up to {1e3 * max(stack.sinking, stack.shift):.1f} mm"),
     ]

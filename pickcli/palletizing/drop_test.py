@@ -7,14 +7,17 @@ the engine does not push apart what stands side by side.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose
+from pickcli.palletizing.pallet_bodies import deck_body, wall_bodies
+from pickcli.palletizing.pallet_order import Pallet
 from pickcli.palletizing.pallet_stack import PalletStack, Placement
 from pickcli.simulation.engine import Engine
 
@@ -23,8 +26,11 @@ MOST_SHIFT = 0.020  # m sideways, beyond which a carton is not where others are 
 TIME_STEP = 2e-3  # s
 DROPPED = 1e-3  # m over its place, from which each carton falls
 SHRUNK = 1e-3  # m of each side
-BETWEEN, AFTERWARDS = 0.25, 2.0  # s after each carton, and after all
-DECK = "pallet deck"
+LEAST, MOST = 0.05, 1.0  # s after each carton, until all are at rest
+RESTING = (5e-3, 0.02)  # m/s and rad/s, below which a carton is at rest
+N_BETWEEN = 5  # time steps from one look at the speeds to the next
+AFTERWARDS = 2.0  # s after all
+THICK = 0.1  # m, of the deck
 GREY, BROWN = (0.6, 0.6, 0.6, 1.0), (0.7, 0.5, 0.3, 1.0)
 
 
@@ -48,33 +54,34 @@ class DropTest:
         return not self.reasons
 
 
-def drop_test(stack: PalletStack) -> DropTest:
+def drop_test(pallet: Pallet, placements: Sequence[Placement]) -> DropTest:
     """Put up a stack carton by carton, and let it stand.
 
     Args:
-        stack: The stack.
+        pallet: The pallet.
+        placements: The cartons in the sequence in which they are put up.
 
     Returns:
         How far the cartons ended from where they were put down.
     """
-    engine = Engine(TIME_STEP)
+    engine, there = Engine(TIME_STEP), list[str]()
     try:
-        size = np.array(stack.order.pallet.size)
-        deck = Shape(ShapeKind.BOX, (float(size[0]), float(size[1]), 0.1))
-        engine.add_static(Body(DECK, deck, pose([0.0, 0.0, -0.05])), np.eye(4), GREY)
-        for placement in stack.placements:
+        for body in (deck_body(pallet, THICK), *wall_bodies(pallet)):
+            engine.add_static(body, np.eye(4), GREY)
+        for placement in placements:
             T = pose(placement.centre + np.array([0.0, 0.0, DROPPED]))
             engine.add_item(placement.carton.id, _solid(placement), T, BROWN)
             for each in placement.rests_on:
                 engine.wake(each)
-            _run(engine, BETWEEN)
-        for placement in stack.placements:
+            there.append(placement.carton.id)
+            _settle(engine, there)
+        for placement in placements:
             engine.wake(placement.carton.id)
         _run(engine, AFTERWARDS)
-        ends = {p.carton.id: engine.pose(p.carton.id)[:3, 3] for p in stack.placements}
+        ends = {p.carton.id: engine.pose(p.carton.id)[:3, 3] for p in placements}
     finally:
         engine.close()
-    return _judged(stack, ends)
+    return _judged(placements, ends)
 
 
 def what_stands(stack: PalletStack) -> tuple[PalletStack, DropTest]:
@@ -86,29 +93,28 @@ def what_stands(stack: PalletStack) -> tuple[PalletStack, DropTest]:
     Returns:
         What of it stands, found by bisection, with reasons against the rest; and its drop test.
     """
-    tested = drop_test(stack)
+
+    def tested_first(n: int) -> DropTest:
+        return drop_test(stack.order.pallet, stack.placements[:n])
+
     stands, moves = 0, len(stack.placements)
+    tested = tested_first(moves)
     if tested.is_stable:
         return stack, tested
     while moves - stands > 1:
         middle = (stands + moves) // 2
-        is_stable = drop_test(_first(stack, middle)).is_stable
+        is_stable = tested_first(middle).is_stable
         stands, moves = (middle, moves) if is_stable else (stands, middle)
     names = [placement.carton.id for placement in stack.placements]
-    against = {names[stands]: Failures(drop_test(_first(stack, moves)).reasons)}
+    against = {names[stands]: Failures(tested_first(moves).reasons)}
     after = Failures((Reason("comes after what moves in the engine", names[stands]),))
     left = stack.left | against | dict.fromkeys(names[moves:], after)
-    kept = replace(_first(stack, stands), left=left)
-    return kept, drop_test(kept)
+    return replace(stack, placements=stack.placements[:stands], left=left), tested_first(stands)
 
 
-def _first(stack: PalletStack, n: int) -> PalletStack:
-    return replace(stack, placements=stack.placements[:n])
-
-
-def _judged(stack: PalletStack, ends: dict[str, Array]) -> DropTest:
+def _judged(placements: Sequence[Placement], ends: dict[str, Array]) -> DropTest:
     sinking, shift, reasons = 0.0, 0.0, []
-    for placement in stack.placements:
+    for placement in placements:
         off = ends[placement.carton.id] - placement.centre
         down, aside = abs(float(off[2])), float(np.linalg.norm(off[:2]))
         sinking, shift = max(sinking, down), max(shift, aside)
@@ -124,6 +130,15 @@ def _solid(placement: Placement) -> Item:
     shape = Shape(ShapeKind.BOX, (x - SHRUNK, y - SHRUNK, z))
     name = placement.carton.id
     return Item(name, 0, shape, placement.carton.mass, 0, {}, "", "", 0.0, 1.0, "", "")
+
+
+def _settle(engine: Engine, names: Sequence[str]) -> None:
+    """Run until cartons are at rest: the next one comes down on nothing that moves."""
+    _run(engine, LEAST)
+    for _ in range(round((MOST - LEAST) / TIME_STEP / N_BETWEEN)):
+        if (np.array([engine.speed(name) for name in names]) <= RESTING).all():
+            return
+        _run(engine, N_BETWEEN * TIME_STEP)
 
 
 def _run(engine: Engine, duration: float) -> None:

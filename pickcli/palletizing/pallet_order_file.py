@@ -4,32 +4,66 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from annotated_types import Len
 from pydantic import Field
 
 from pickcli.cell.schemas.pose_schema import Name
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import PALLET
-from pickcli.files.schema import FileModel, Size, validate
+from pickcli.files.schema import FileModel, Size, Text, validate
 from pickcli.files.source import Key, Source
 from pickcli.files.yaml_reader import read_yaml
-from pickcli.palletizing.pallet_order import CLEARANCE, ROUNDED, Carton, Pallet, PalletOrder
+from pickcli.name_suggestion import suggestion
+from pickcli.palletizing.pallet_order import CLEARANCE, CONTAINERS, ROUNDED, Carton, Pallet, PalletOrder
 
 MOST_CARTONS = 200
+MOST_BORNE = 1e5  # kg
 Mass = Annotated[float, Field(ge=0.01, le=1000)]
+Bears = Annotated[float, Field(gt=0, le=MOST_BORNE)]
 Side = Annotated[float, Field(ge=0.01, le=10)]  # m: the engine takes a millimetre off
 
 
 class PalletModel(FileModel):
-    """What cartons are stacked on."""
+    """What cartons are stacked on. What is not stated is as of the container, or of a EUR pallet."""
 
-    size: Annotated[tuple[Size, ...], Len(2, 2)] = Field(description="m, length and width of the deck")
-    deck: Annotated[float, Field(ge=0, le=2)] = Field(Pallet.deck, description="m, height of the deck")
-    height: Size = Field(Pallet.height, description="m over the floor that nothing exceeds")
-    bears: Annotated[float, Field(gt=0, le=1e5)] = Field(Pallet.bears, description="kg of all cartons")
+    container: Text | None = Field(None, description="eur_pallet, half_pallet or roll_container")
+    size: Annotated[tuple[Size, ...], Len(2, 2)] | None = Field(
+        None, description="m, length and width of the deck; needed without a container"
+    )
+    deck: Annotated[float, Field(ge=0, le=2)] | None = Field(None, description="m, height of the deck")
+    height: Size | None = Field(None, description="m over the floor that nothing exceeds")
+    bears: Bears | None = Field(None, description="kg of all cartons")
+    walls: Annotated[tuple[Literal["-x", "+x", "-y", "+y"], ...], Len(0, 4)] | None = Field(
+        None, description="sides with a wall, up to the height"
+    )
+
+    def pallet(self, source: Source) -> Pallet:
+        """Return the pallet.
+
+        Args:
+            source: The file, for messages.
+
+        Returns:
+            The pallet.
+
+        Raises:
+            InputError: The container is unknown, or neither it nor a size is stated.
+        """
+        name = self.container or "eur_pallet"
+        if name not in CONTAINERS:
+            source.add(
+                ("pallet", "container"), f"unknown container {name!r}; {suggestion(name, tuple(CONTAINERS))}"
+            )
+        elif self.container is None and self.size is None:
+            source.add(("pallet",), f"size is missing; state it, or a container: {', '.join(CONTAINERS)}")
+        source.check()
+        stated = {key: value for key, value in self if key != "container" and value is not None}
+        return replace(CONTAINERS[name], **stated)
 
 
 class CartonModel(FileModel):
@@ -38,17 +72,25 @@ class CartonModel(FileModel):
     id: Name = Field(description="name; several of a count are name_1, name_2, ...")
     size: Annotated[tuple[Side, ...], Len(3, 3)] = Field(description="m, length, width and height")
     mass: Mass = Field(description="kg")
-    bears: Annotated[float, Field(ge=0, le=1e5)] | None = Field(
-        None, description="kg that may stand on it; any if it is left out"
+    bears: Annotated[float, Field(ge=0, le=MOST_BORNE)] | None = Field(
+        None, description="kg that may stand on it; by default as many of its kind as have room over it"
     )
     count: Annotated[int, Field(ge=1, le=MOST_CARTONS)] = Field(1, description="how many there are")
 
-    @property
-    def cartons(self) -> tuple[Carton, ...]:
-        """Each of them."""
+    def cartons(self, pallet: Pallet) -> tuple[Carton, ...]:
+        """Return each of them.
+
+        Args:
+            pallet: What they are stacked on. Cartons are made to bear what is like them: if nothing is
+                stated, each bears a column of its own kind up to the height of the pallet.
+
+        Returns:
+            The cartons.
+        """
         names = [self.id] if self.count == 1 else [f"{self.id}_{k + 1}" for k in range(self.count)]
         length, width, height = self.size
-        bears = float("inf") if self.bears is None else self.bears
+        column = self.mass * max((pallet.height - pallet.deck) / height - 1.0, 0.0)
+        bears = column if self.bears is None else self.bears
         return tuple(Carton(name, (length, width, height), self.mass, bears) for name in names)
 
 
@@ -76,22 +118,22 @@ def read_pallet_order(path: Path) -> PalletOrder:
         The order.
 
     Raises:
-        InputError: With every mistake and its position: a carton that fits on the pallet in no orientation or
-            weighs more than it bears, two of the same name, and all that the format forbids.
+        InputError: With every mistake and its position: an unknown container, a carton that fits on the
+            pallet in no orientation or weighs more than it bears, two of the same name, and all that the
+            format forbids.
     """
     source = read_yaml(path, PALLET)
     model = validate(source, PalletOrderModel)
-    length, width = model.pallet.size
-    pallet = Pallet((length, width), model.pallet.deck, model.pallet.height, model.pallet.bears)
+    pallet = model.pallet.pallet(source)
     n_cartons = sum(each.count for each in model.cartons)
     if n_cartons > MOST_CARTONS:
         source.add(
             ("cartons",), f"{n_cartons} cartons, at most {MOST_CARTONS} are stacked; make several orders"
         )
         source.check()
-    cartons = tuple(carton for each in model.cartons for carton in each.cartons)
+    cartons = tuple(carton for each in model.cartons for carton in each.cartons(pallet))
     for k, each in enumerate(model.cartons):
-        _note(source, ("cartons", k), each, pallet)
+        _note(source, ("cartons", k), each, pallet, model.clearance)
     for name, n in Counter(carton.id for carton in cartons).items():
         if n > 1:
             source.add(("cartons",), f"{n} cartons are called {name}; give each a name of its own")
@@ -110,31 +152,32 @@ def write_pallet_order(path: Path, order: PalletOrder, replace: bool = True) -> 
     Raises:
         InputError: The file cannot be written, or exists.
     """
-    pallet = order.pallet
     cartons = [
-        {"id": c.id, "size": list(c.size), "mass": c.mass}
-        | ({} if c.bears == float("inf") else {"bears": c.bears})
+        {"id": c.id, "size": list(c.size), "mass": c.mass, "bears": min(c.bears, MOST_BORNE)}
         for c in order.cartons
     ]
     told = {
         "format": "apc pallet",
         "version": 1,
-        "pallet": {
-            "size": list(pallet.size), "deck": pallet.deck, "height": pallet.height, "bears": pallet.bears,
-        },
+        "pallet": asdict(order.pallet),
         "clearance": order.clearance,
         "cartons": cartons,
-    }  # fmt: skip
+    }
     write_text(path, json.dumps(told, indent=1) + "\n", replace)
 
 
-def _note(source: Source, at: Key, carton: CartonModel, pallet: Pallet) -> None:
-    long, short = max(carton.size[:2]), min(carton.size[:2])
-    if long > max(pallet.size) or short > min(pallet.size):
+def _note(source: Source, at: Key, carton: CartonModel, pallet: Pallet, clearance: float) -> None:
+    low, high = pallet.room(clearance)
+    room = np.sort(high - low) + ROUNDED
+    short, long = sorted(carton.size[:2])
+    if short > room[0] or long > room[1]:
         deck = " x ".join(f"{side:g}" for side in pallet.size)
-        source.add((*at, "size"), f"{carton.id} is {long:g} x {short:g} m, larger than the pallet, {deck} m")
+        walled = f" with {clearance:g} m to its walls" if pallet.walls else ""
+        source.add(
+            (*at, "size"), f"{carton.id} is {long:g} x {short:g} m, larger than the pallet, {deck} m{walled}"
+        )
     if carton.size[2] + pallet.deck > pallet.height + ROUNDED:
-        room = pallet.height - pallet.deck
-        source.add((*at, "size"), f"{carton.id} is {carton.size[2]:g} m high, {room:g} m are over the deck")
+        over = pallet.height - pallet.deck
+        source.add((*at, "size"), f"{carton.id} is {carton.size[2]:g} m high, {over:g} m are over the deck")
     if carton.mass > pallet.bears:
         source.add((*at, "mass"), f"{carton.id} weighs {carton.mass:g} kg, the pallet bears {pallet.bears:g}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,11 +19,12 @@ from pickcli.files.schema import FileModel, validate
 from pickcli.files.source import Source
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.palletizing.drop_test import DropTest
-from pickcli.palletizing.pallet_order import Carton
-from pickcli.palletizing.pallet_order_file import MOST_CARTONS, Mass, Side
+from pickcli.palletizing.pallet_order import Carton, Pallet
+from pickcli.palletizing.pallet_order_file import MOST_BORNE, MOST_CARTONS, Bears, Mass, Side
 from pickcli.palletizing.pallet_stack import PalletStack, Placement, loads_on
 
 DECIMALS = 6  # of lengths, in m
+MOST_CORNERS = 500  # of a polygon
 Length = Annotated[float, Field(ge=-100.0, le=100.0)]
 
 
@@ -32,17 +33,17 @@ class StackedPallet:
     """What a file says of a stack.
 
     Attributes:
-        size: (2,) m: length and width of the deck.
-        deck: m, its height over the floor.
-        placements: The cartons in the sequence in which they are put up. What each may bear is not stated.
+        pallet: The pallet.
+        clearance: m that a carton keeps from others beside it as it comes down.
+        placements: The cartons in the sequence in which they are put up.
         loads: kg that stand on each, by id.
         left: Reasons against the cartons that have no place, by id.
         sinking: m, most that a carton moved in height in the engine.
         shift: m, most sideways.
     """
 
-    size: tuple[float, float]
-    deck: float
+    pallet: Pallet
+    clearance: float
     placements: tuple[Placement, ...]
     loads: Mapping[str, float]
     left: Mapping[str, tuple[str, ...]]
@@ -52,23 +53,34 @@ class StackedPallet:
     @property
     def top(self) -> float:
         """M over the floor of the highest carton; of the deck if there is none."""
-        return self.deck + max((float(placement.high[2]) for placement in self.placements), default=0.0)
+        return self.pallet.deck + max(
+            (float(placement.high[2]) for placement in self.placements), default=0.0
+        )
 
 
 class _Pallet(FileModel):
     size: Annotated[tuple[Side, ...], Len(2, 2)]
     deck: Length
     height: Length
+    bears: Bears
+    walls: tuple[Literal["-x", "+x", "-y", "+y"], ...]
+
+    @property
+    def pallet(self) -> Pallet:
+        """The pallet."""
+        length, width = self.size
+        return Pallet((length, width), self.deck, self.height, self.bears, self.walls)
 
 
 class _Placed(FileModel):
     id: Name
     size: Annotated[tuple[Side, ...], Len(3, 3)]
     mass: Mass
+    bears: Annotated[float, Field(ge=0.0, le=MOST_BORNE)]
     position: Annotated[tuple[Length, ...], Len(3, 3)]
     yaw_deg: Literal[0, 90]
     rests_on: tuple[Name, ...]
-    borne_within: tuple[Annotated[tuple[Length, ...], Len(2, 2)], ...]
+    borne_within: Annotated[tuple[Annotated[tuple[Length, ...], Len(2, 2)], ...], Len(0, MOST_CORNERS)]
     load: Annotated[float, Field(ge=0.0)]
     comes_down_from: Length
 
@@ -78,10 +90,10 @@ class _Placed(FileModel):
         x, y, z = self.size
         is_turned = self.yaw_deg == 90
         half = np.array((y, x, z) if is_turned else (x, y, z)) / 2
-        return Placement(
-            Carton(self.id, (x, y, z), self.mass), np.array(self.position) - half, is_turned, self.rests_on,
-            np.array(self.borne_within).reshape(-1, 2), self.comes_down_from - float(half[2]),
-        )  # fmt: skip
+        carton = Carton(self.id, (x, y, z), self.mass, self.bears)
+        polygon = np.array(self.borne_within).reshape(-1, 2)
+        above = self.comes_down_from - float(half[2])
+        return Placement(carton, np.array(self.position) - half, is_turned, self.rests_on, polygon, above)
 
 
 class _Left(FileModel):
@@ -98,6 +110,7 @@ class _Stack(FileModel):
     format: Literal["apc stacked pallet"]
     version: Literal[1]
     pallet: _Pallet
+    clearance: Annotated[float, Field(ge=0, le=0.1)]
     placements: Annotated[tuple[_Placed, ...], Len(0, MOST_CARTONS)]
     left: Annotated[tuple[_Left, ...], Len(0, MOST_CARTONS)]
     drop_test: _DropTest
@@ -118,12 +131,13 @@ def read_pallet_stack(path: Path) -> StackedPallet:
     source = read_yaml(path, STACKED)
     model = validate(source, _Stack)
     _check_names(source, model)
-    length, width = model.pallet.size
+    placements = tuple(each.placement for each in model.placements)
+    loads = {each.id: each.load for each in model.placements}
+    left = {each.id: each.reasons for each in model.left}
+    tested = model.drop_test
     return StackedPallet(
-        (length, width), model.pallet.deck,
-        tuple(each.placement for each in model.placements), {each.id: each.load for each in model.placements},
-        {each.id: each.reasons for each in model.left}, model.drop_test.sinking_m, model.drop_test.shift_m,
-    )  # fmt: skip
+        model.pallet.pallet, model.clearance, placements, loads, left, tested.sinking_m, tested.shift_m
+    )
 
 
 def _check_names(source: Source, model: _Stack) -> None:
@@ -163,11 +177,12 @@ def stack_to_dict(stack: PalletStack, tested: DropTest) -> dict[str, Any]:
     Returns:
         Plain values.
     """
-    pallet, loads = stack.order.pallet, loads_on(stack)
+    loads = loads_on(stack)
     return {
         "format": "apc stacked pallet",
         "version": 1,
-        "pallet": {"size": list(pallet.size), "deck": pallet.deck, "height": pallet.height},
+        "pallet": asdict(stack.order.pallet),
+        "clearance": stack.order.clearance,
         "placements": [_placement(p, loads[p.carton.id]) for p in stack.placements],
         "left": [
             {"id": name, "reasons": [str(reason) for reason in reasons.reasons]}
@@ -185,6 +200,7 @@ def _placement(placement: Placement, load: float) -> dict[str, Any]:
         "id": placement.carton.id,
         "size": list(placement.carton.size),
         "mass": placement.carton.mass,
+        "bears": min(placement.carton.bears, MOST_BORNE),
         "position": _rounded(placement.centre),
         "yaw_deg": 90 if placement.is_turned else 0,
         "rests_on": list(placement.rests_on),

@@ -8,22 +8,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.palletizing.pallet_order import Carton, Pallet, PalletOrder
+from pickcli.palletizing.pallet_order import CONTAINERS, Carton, Pallet, PalletOrder
 from pickcli.seeds import derived_rng
 
 SIDES, HEIGHTS = (0.15, 0.6), (0.1, 0.4)  # m
 DENSITIES = (60.0, 450.0)  # kg/m3
 MASSES = (0.2, 25.0)  # kg
 PER_KIND = 4.0  # cartons of a kind, mean
+EUR_PALLET = CONTAINERS["eur_pallet"]
 BEARS = 12.0  # times its own mass that a carton bears
 
 
-def random_pallet_order(n_cartons: int, seed: int) -> PalletOrder:
-    """Draw an order on a EUR pallet.
+def random_pallet_order(n_cartons: int, seed: int, pallet: Pallet = EUR_PALLET) -> PalletOrder:
+    """Draw an order.
 
     Args:
         n_cartons: Number of cartons.
         seed: Seed of all random choices.
+        pallet: What they are stacked on.
 
     Returns:
         The order.
@@ -39,7 +41,7 @@ def random_pallet_order(n_cartons: int, seed: int) -> PalletOrder:
             name = f"carton_{len(cartons) + 1:03d}"
             cartons.append(Carton(name, (length, width, height), mass, round(BEARS * mass, 1)))
     shuffled = [cartons[k] for k in rng.permutation(n_cartons)]
-    return PalletOrder(Pallet(), tuple(shuffled))
+    return PalletOrder(pallet, tuple(shuffled))
 
 
 def _drawn(rng: np.random.Generator, bounds: tuple[float, float]) -> float:

@@ -79,7 +79,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "explain-stow": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "verify": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "stopped_path": PLAN,
-        "stream_path": STREAM,
+        "stream_path": STREAM, "order_path": PALLET,
     },
     "execute": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "planned_in": SCENE,
@@ -123,6 +123,7 @@ ALSO_READ = {  # besides what the table names
     ("show", "path", TRIAL), ("inspect", "path", PERCEIVED), ("inspect", "path", STREAM),
     ("show", "path", STACKED), ("inspect", "path", STACKED), ("inspect", "path", PALLET),
     ("run-trial", "order_path", STREAM), ("locate-pod", "recorded", RECORDING),
+    ("verify", "plan_path", STACKED),
 }  # fmt: skip
 UNREAD = ("check", "cell_name")  # but where a file is damaged
 CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS, PERCEIVED)  # by apc check
@@ -181,6 +182,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["scene_path"] = files[TRIALS] / IN_TOTE
     needed = {"scene_path", "urdf"} - ({"scene_path"} if name == "stream_path" else set())
     right |= {"now": 5, "bin_name": None} if name == "stream_path" else {}
+    if (command, name) == ("verify", "order_path"):  # of a stacked pallet, which stands in no scene
+        right["plan_path"], needed = files[STACKED], needed - {"scene_path"}
     if command == "roll-out":
         right |= {"item_name": ITEM, "output": out.with_suffix(".csv")}
     if command in ("show-envelope", "show-grasps"):

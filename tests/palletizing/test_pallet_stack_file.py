@@ -13,7 +13,7 @@ from pickcli.errors import InputError
 from pickcli.files.packed_array import unpacked
 from pickcli.page.pallet_page import pallet_page
 from pickcli.palletizing.drop_test import DropTest
-from pickcli.palletizing.pallet_order import Carton, Pallet, PalletOrder
+from pickcli.palletizing.pallet_order import CONTAINERS, Carton, Pallet, PalletOrder
 from pickcli.palletizing.pallet_stack import PalletStack, loads_on
 from pickcli.palletizing.pallet_stack_file import read_pallet_stack, stack_to_dict, write_pallet_stack
 from pickcli.palletizing.random_pallet_order import random_pallet_order
@@ -43,10 +43,11 @@ def test_a_stack_is_read_as_it_was_written(stack: PalletStack, path: Path) -> No
         np.testing.assert_allclose(read.bears_within, written.bears_within, atol=1e-6)
         assert (read.is_turned, read.rests_on) == (written.is_turned, written.rests_on)
         assert read.from_above == pytest.approx(written.from_above, abs=2e-6)
-        assert (read.carton.size, read.carton.mass) == (written.carton.size, written.carton.mass)
+        assert read.carton == written.carton
     assert dict(found.loads) == pytest.approx(
         {p.carton.id: loads_on(stack)[p.carton.id] for p in stack.placements}, abs=1e-3
     )
+    assert (found.pallet, found.clearance) == (stack.order.pallet, stack.order.clearance)
     assert (found.sinking, found.shift, found.left) == (0.0004, 0.0012, {})
 
 
@@ -98,6 +99,18 @@ def test_on_its_page_every_carton_comes_down_to_its_place_after_those_before_it(
         np.testing.assert_allclose(poses[-2, :2], poses[-1, :2], atol=2e-4)  # straight down
         ended = times[-1]
     assert page.motion.duration == pytest.approx(ended, abs=1e-3)
+
+
+def test_walls_of_a_container_are_drawn_outside_of_its_deck(tmp_path: Path) -> None:
+    order = random_pallet_order(3, 6, CONTAINERS["roll_container"])
+    write_pallet_stack(tmp_path / "s.json", stack_as_they_come(order), TESTED)
+    deck, walls = pallet_page(read_pallet_stack(tmp_path / "s.json")).groups
+    assert deck.bodies[0].shape.size[:2] == (0.8, 0.7)
+    assert [body.name for body in walls.bodies] == ["wall -x", "wall +x", "wall +y"]
+    inner = [
+        abs(body.pose[k]) - body.shape.size[k] / 2 for body, k in zip(walls.bodies, (0, 0, 1), strict=True)
+    ]
+    assert inner == pytest.approx([0.4, 0.4, 0.35])
 
 
 def test_a_stack_is_shown_listed_and_called_by_its_name(
