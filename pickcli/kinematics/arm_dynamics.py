@@ -30,6 +30,11 @@ class ArmDynamics:
         """Names of the joints, in the order of the efforts."""
         return self._arm.names
 
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the efforts."""
+        return tuple("N" if unit == "m" else "Nm" for unit in self._arm.robot.units)
+
     @cached_property
     def _bodies(self) -> tuple[Array, Array, Array]:
         """Masses (L,), centres (L, 3) and inertias (L, 3, 3) of what is fixed to the chain's frames."""

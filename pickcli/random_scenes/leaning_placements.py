@@ -113,8 +113,9 @@ def lean_angle(cell_bin: Place, T_bin_item: Array) -> float:
     """
     room, x = cell_bin.room, float(T_bin_item[0, 3])
     is_slope = room.slope_from < x < room.floor_flat_from
-    rise = (room.floor_back - room.floor_front) / (room.floor_flat_from - room.slope_from)
-    normal = np.array([-rise if is_slope else 0.0, 0.0, 1.0])
+    rise = room.floor_back - room.floor_front
+    slope = rise / (room.floor_flat_from - room.slope_from) if is_slope else 0.0
+    normal = np.array([-slope, 0.0, 1.0])
     upright = np.abs(T_bin_item[:3, :3].T @ normal).max() / np.linalg.norm(normal)
     return float(np.arccos(min(upright, 1.0)))
 

@@ -140,8 +140,8 @@ def fill_bin(
             return rested
         reason = rested
     raise InputError(
-        f"{bin_name}: its {len(contents)} items do not fit at rest (last: {reason}); "
-        "take another seed or put fewer items there"
+        f"{bin_name}: its {len(contents)} item{'s do' if len(contents) > 1 else ' does'} not fit at rest "
+        f"(last: {reason}); take another seed, or put fewer or smaller items there"
     )
 
 

@@ -49,7 +49,8 @@ class EffortLimit:
         rest = np.zeros((1, len(q)))
         needed = np.abs(self.dynamics.efforts(q[None], rest, rest)[0])
         j = int(np.argmax(needed / self.most))
-        return f"{self}: {self.dynamics.joints[j]} needs {needed[j]:.4g}, {self.most[j]:.4g} may be used"
+        unit = self.dynamics.units[j]
+        return f"{self}: {self.dynamics.joints[j]} needs {needed[j]:.4g} of {self.most[j]:.4g} {unit}"
 
     def is_kept(self, trajectory: Trajectory) -> bool:
         """Whether the efforts during a motion keep the limits, at states at most ``STEP`` apart.

@@ -85,10 +85,13 @@ def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
         overwrite: Whether existing files may be replaced.
 
     Raises:
-        InputError: It is a file, is not empty and may not be overwritten, or cannot be written.
+        InputError: It is a file or a dangling link, is not empty and may not be overwritten, or cannot be
+            written.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; name a folder with -o")
+    if folder.is_symlink() and not folder.exists():
+        raise InputError(f"{folder}: is a link to what is not there; remove it, or name a folder with -o")
     if folder.exists() and any(folder.iterdir()) and not overwrite:
         raise InputError(f"{folder}: exists already; name another folder with -o or add --overwrite")
     for path in numbered_files(folder):

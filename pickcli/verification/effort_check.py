@@ -45,11 +45,12 @@ def check_efforts(plan: Plan, scene: Scene, states: States, T_tip_item: Array | 
     _, velocities, accelerations = motion(plan.trajectory, times)
     motions = body_motions(robot, links, velocities, accelerations)
     needed = efforts(robot, motions, carried_links(robot, links))
-    last = len(motions) - 1
+    last, is_carrying = len(motions) - 1, np.zeros(len(times), dtype=bool)
     for segment in plan.segments:
         if segment.held is None or T_tip_item is None:
             continue
-        during = (times >= segment.t_start) & (times <= segment.t_end)
+        during = (times >= segment.t_start) & (times <= segment.t_end) & ~is_carrying
+        is_carrying |= during  # an instant between two segments is of both
         tips = tip_poses(robot, links[:, during], segment.tool_state)
         some = [each.during(during) for each in motions]
         held = CarriedBody(last, tips @ T_tip_item, _inertial(scene.item(segment.held)))

@@ -1,4 +1,4 @@
-"""``--drop-from``: from over the rim a pick is shorter, lets go at rest, and ends there; else it comes up again."""
+"""``--drop-from``: from over the rim a pick is shorter, lets go at rest, and ends there."""
 
 from __future__ import annotations
 
@@ -37,6 +37,7 @@ def test_over_the_rim_the_arm_lets_go_at_rest_and_the_plan_ends(scene: Path, tmp
     assert SegmentKind.PLACE in {segment.kind for segment in inside.segments}
     assert rim.trajectory.duration < inside.trajectory.duration - 0.3
     close = next(e for e in rim.events if (e.device, e.action) == ("valve", "off"))
+    assert close.t_trigger is not None
     later = rim.trajectory.times >= close.t_trigger
     assert np.allclose(rim.trajectory.positions[later], rim.trajectory.positions[-1])
 

@@ -157,6 +157,11 @@ def test_angles_are_against_the_floor() -> None:
     assert lean_angle(place, level) == pytest.approx(np.radians(12.0))
 
 
+def test_a_floor_without_a_slope_is_level() -> None:
+    shelf = load_cell("ur5e_crates").places["shelf_1_2"]
+    assert lean_angle(shelf, pose((0.1, 0.0, 0.05))) == pytest.approx(0.0, abs=1e-6)
+
+
 def test_fewer_are_tried_to_lean_and_in_a_box_open_above_none() -> None:
     contents = [ItemInstance(name, CELL.item(name)) for name in (*THIN, "rawlings_baseball")]
     drawn = list(drawn_to_lean(CELL.places["bin_A"], contents, 1, 1.0))

@@ -103,7 +103,7 @@ def test_what_no_motor_holds_at_rest_is_said() -> None:
     way = random_path(3)
     weak = EffortLimit(DYNAMICS, np.full(ARM.n, 1e-2))
     assert not np.isfinite(weak.time_scale(way, 0.0 * way, 0.0 * way)).any()
-    told = r"limit broken even at rest: what the motors may exert: \w+ needs [\d.]+, 0.01 may be used"
+    told = r"limit broken even at rest: what the motors may exert: \w+ needs [\d.]+ of 0.01 N"
     with pytest.raises(NoPlanError, match=told):
         run_of(way, PathConstraints((weak, EffortLimit(DYNAMICS, np.full(ARM.n, 1e6)))))
 

@@ -75,6 +75,14 @@ def test_a_folder_with_files_needs_a_word(tmp_path: Path) -> None:
     refuse_existing_folder(tmp_path, overwrite=True)
 
 
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_link_to_nothing_is_refused_before_any_work(tmp_path: Path, overwrite: bool) -> None:
+    link = tmp_path / "runs"
+    link.symlink_to(tmp_path / "gone")
+    with pytest.raises(InputError, match="runs: is a link to what is not there"):
+        refuse_existing_folder(link, overwrite)
+
+
 def test_a_folder_that_cannot_be_made_is_an_input_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     result = run_trial(ORDER, ScriptedTrial(scene_of(ORDER, CELL)).interfaces())

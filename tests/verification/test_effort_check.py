@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+import pytest
+
+from pickcli.kinematics.arm import Arm
+from pickcli.kinematics.arm_dynamics import ArmDynamics
+from pickcli.kinematics.held_body import HeldBody
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import Scene
 from pickcli.verification.effort_check import MOTOR_SHARE
@@ -46,5 +52,25 @@ def test_what_is_held_counts() -> None:
 
 def effort(plan: Plan, scene: Scene) -> float:
     """Nm that joint_l exerts at most, as the verifier computes it."""
-    (reason,) = verify(plan, with_motors(scene, "joint_l", 1.0)).reasons
-    return float(reason.detail.split()[1])
+    reasons = verify(plan, with_motors(scene, "joint_l", 1.0)).reasons
+    (told,) = (reason.detail for reason in reasons if reason.detail.startswith("joint_l: "))
+    return float(told.split()[1])
+
+
+def test_an_item_counts_once_where_two_segments_meet() -> None:
+    """The efforts are those of the planner's inverse dynamics, at the instants between segments, too."""
+    plan, scene = pick()
+    item = replace(scene.items[0].item, mass=3.0)
+    scene = scene.moved(replace(scene.items[0], item=item))
+    plan = bound(plan, scene)
+    assert plan.grasp is not None
+    T_tip_item = np.linalg.inv(plan.grasp.T_item_tip)
+    inertia = item.inertia * (1.0 + item.mass_error)
+    held = HeldBody(item.heaviest, T_tip_item[:3, 3], T_tip_item[:3, :3] @ inertia @ T_tip_item[:3, :3].T)
+    arm, most = Arm(scene.cell.robot), 0.0
+    for segment in plan.segments:
+        during = np.linspace(segment.t_start, segment.t_end, 100)
+        dynamics = ArmDynamics(arm, segment.tool_state, None if segment.held is None else held)
+        efforts = np.abs(dynamics.efforts(*plan.trajectory.states(during)))[:, arm.names.index("joint_l")]
+        most = max(most, float(efforts.max()))
+    assert effort(plan, scene) == pytest.approx(most, rel=0.02)

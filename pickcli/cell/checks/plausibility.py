@@ -224,7 +224,7 @@ def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
     found: dict[str, tuple[Key, str]] = {
         link.name: (
             ("robot", "urdf"),
-            f"link {link.name!r} has no <inertial>: it is assumed to be as heavy as water; state its mass",
+            f"link {link.name!r} has no <inertial>, or one of 0 kg: it is as heavy as water; state its mass",
         )
         for link in cell.robot.links
         if link.name in moved and link.bodies and not link.states_mass

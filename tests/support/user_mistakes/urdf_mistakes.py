@@ -49,7 +49,7 @@ URDF_MISTAKES = (
     ),
     _urdf(
         "a link without a mass",
-        "robot.urdf: link 'link_l' has no <inertial>: … as heavy as water; state its mass",
+        "robot.urdf: link 'link_l' has no <inertial>, or one of 0 kg: … as heavy as water; state its mass",
         (INERTIAL_L, ""),
         strict=True,
     ),
