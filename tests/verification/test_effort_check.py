@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.geometry import inverse
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.arm_dynamics import ArmDynamics
 from pickcli.kinematics.held_body import HeldBody
@@ -64,7 +65,7 @@ def test_an_item_counts_once_where_two_segments_meet() -> None:
     scene = scene.moved(replace(scene.items[0], item=item))
     plan = bound(plan, scene)
     assert plan.grasp is not None
-    T_tip_item = np.linalg.inv(plan.grasp.T_item_tip)
+    T_tip_item = inverse(plan.grasp.T_item_tip)
     inertia = item.inertia * (1.0 + item.mass_error)
     held = HeldBody(item.heaviest, T_tip_item[:3, 3], T_tip_item[:3, :3] @ inertia @ T_tip_item[:3, :3].T)
     arm, most = Arm(scene.cell.robot), 0.0
