@@ -56,7 +56,7 @@ def load_strategy(name: str) -> Strategy:
     if name in packaged_strategies():
         return read_strategy(data_path() / "strategies" / f"{name}.yaml")
     path = Path(name)
-    if path.suffix.lower() in SUFFIXES or path.exists():
+    if path.suffix.lower() in SUFFIXES or (name and path.exists()):
         return read_strategy(path)
     hint = f"{suggestion(name, packaged_strategies())}; or name a file (.yaml)"
     raise UnknownNameError("strategy", name, packaged_strategies(), hint=hint)

@@ -12,7 +12,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import cell_names, load_cell, load_workcell
 from pickcli.cell.checks.cell_warnings import CELL_WARNINGS
-from pickcli.cell.checks.plausibility import warn_of_masses
+from pickcli.cell.checks.mass_plausibility import warn_of_masses
 from pickcli.cell.data_path import data_path
 from pickcli.cell.inertial import is_possible
 from pickcli.files.file_kind import CELL
@@ -189,6 +189,15 @@ def test_an_inertia_that_no_body_has_is_told_and_replaced(cell_copy: CellCopy) -
     (warning,) = noted.lines
     assert "states an inertia that no body has" in warning and "odd_inertia" in warning
     assert all(is_possible(link.inertial.inertia) for link in cell.robot.links)
+
+
+def test_an_inertia_in_other_units_is_told(cell_copy: CellCopy) -> None:
+    noted = FileWarnings.of(read_yaml(cell_copy.yaml.path, CELL))
+    text = cell_copy.urdf.path.read_text()
+    cell_copy.urdf.path.write_text(re.sub(r'(i(?:xx|yy|zz))="([^"]*)"', r'\1="\g<2>e4"', text))
+    warn_of_masses(noted, cell_copy.load())
+    (warning,) = noted.lines
+    assert re.search(r"m away from their centre by its inertia, but its shapes reach [\d.]+ m only", warning)
 
 
 def test_a_hand_needs_what_closes_it_and_looks_outwards(cell_copy: CellCopy) -> None:

@@ -26,7 +26,6 @@ FIRM, STICKY = 500.0, 1.2  # N, force of a pad, and its friction
 UNDRAWN = 0.001  # m by which a cup may be larger than its shapes, for rounded figures
 SLOW = 10.0, 2.0  # s from rest to a joint's full velocity, and to its full acceleration
 SOFT = 0.1  # N that take up a cup's whole stroke: it hangs down under its own weight
-DENSE = 20_000.0  # kg/m3 of the boxes around a link's shapes, more than gold's
 
 # Kinds of devices that a pick commands, with the actions that each needs.
 NEEDED = {DeviceKind.PUMP: ("on", "off"), DeviceKind.VALVE: ("on", "off"), DeviceKind.SENSOR: ("read",)}
@@ -208,45 +207,3 @@ def _slow(warnings: FileWarnings, cell: Cell) -> None:
             steps["jerk"][name] = key, f"{text}; correct one of them"
     for step, found in steps.items():
         warnings.add_alike("slow_joint", found, ("joint_limits",), f"is the {step} of all too small?")
-
-
-def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
-    """Warn of moving links whose mass or inertia is not stated, or is one that no body has.
-
-    Args:
-        warnings: Collects them.
-        cell: The cell.
-    """
-    moved: set[str] = set()
-    for joint in cell.robot.joints:
-        if joint.parent in moved or joint.name in cell.robot.joint_names:
-            moved.add(joint.child)
-    found: dict[str, tuple[Key, str]] = {
-        link.name: (
-            ("robot", "urdf"),
-            f"link {link.name!r} has no <inertial>, or one of 0 kg: it is as heavy as water; state its mass",
-        )
-        for link in cell.robot.links
-        if link.name in moved and link.bodies and not link.states_mass
-    }
-    warnings.add_alike("no_mass", found, ("robot", "urdf"), "state the masses of the links in the URDF")
-    turned: dict[str, tuple[Key, str]] = {
-        link.name: (
-            ("robot", "urdf"),
-            f"link {link.name!r} states an inertia that no body has: that of the box around its shapes is "
-            "used; correct it",
-        )
-        for link in cell.robot.links
-        if link.name in moved and link.corrects_inertia
-    }
-    warnings.add_alike(
-        "odd_inertia", turned, ("robot", "urdf"), "are they about the centres of mass, in kg m^2?"
-    )
-    heavy: dict[str, tuple[Key, str]] = {}
-    for link in cell.robot.links:
-        volume = sum(float(np.prod(body.shape.extents)) for body in link.bodies)
-        if link.name in moved and link.bodies and link.inertial.mass > DENSE * volume:
-            stated = f"link {link.name!r} of {link.inertial.mass:g} kg"
-            text = f"{stated} has shapes too small for it; is it in kg, not g?"
-            heavy[link.name] = ("robot", "urdf"), text
-    warnings.add_alike("heavy_link", heavy, ("robot", "urdf"), "are the masses in the URDF in kg, not g?")
