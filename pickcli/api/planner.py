@@ -20,7 +20,7 @@ from pickcli.cell.shapes import Body
 from pickcli.cell.station import Obstacles
 from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_segment import Mode, MotionSegment
-from pickcli.errors import Failures, InputError, NoPlanError
+from pickcli.errors import Failures, InputError, NoPlanError, UnknownNameError
 from pickcli.kinematics.continuous_joints import ways_round
 from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
@@ -30,6 +30,7 @@ from pickcli.planning.coarse_motion import COARSE_LIMITS, plan_coarse
 from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_settings import DropFrom, GraspApproach
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.precompute.artifact_cache import read_stored
 from pickcli.scene.scene import TOTE, Scene, empty_scene
@@ -233,7 +234,14 @@ class Planner:
         return plan_move(self.context, here, begin, MoveGoal(q_goal, state), seed)
 
     def plan_pick(
-        self, scene: Scene, item: str, into: str = TOTE, start: Configuration = "home", seed: int = 0
+        self,
+        scene: Scene,
+        item: str,
+        into: str = TOTE,
+        start: Configuration = "home",
+        seed: int = 0,
+        approach: str = GraspApproach.LINES,
+        drop_from: str = DropFrom.INSIDE,
     ) -> Plan:
         """Plan a pick, from the start configuration to the release of the item.
 
@@ -243,6 +251,8 @@ class Planner:
             into: Name of the place that it is brought to.
             start: Start configuration.
             seed: Seed of all random choices.
+            approach: Where grasps come from: "lines", "region" or "lines-then-region".
+            drop_from: From where the item is dropped into an open box: "inside" or "rim".
 
         Returns:
             The plan, uncertified.
@@ -252,6 +262,12 @@ class Planner:
             InputError: The cell has no places, the cup holds something, a name is unknown, or another arm is
                 in collision.
         """
+        known: dict[str, tuple[str, list[str]]] = {
+            "approach": (approach, [*GraspApproach]), "drop_from": (drop_from, [*DropFrom])
+        }  # fmt: skip
+        for what, (name, names) in known.items():
+            if name not in names:
+                raise UnknownNameError(what, name, [str(each) for each in names])
         self.cell.require_places()
         if scene.held is not None:
             raise InputError(f"{scene.held.id} is in the cup, and a pick begins with an empty one")
@@ -259,7 +275,8 @@ class Planner:
         query = PickQuery(target.location, target.id, into=into)
         begin, here = start_of(self.cell, start), self._seen(scene)
         refuse_standing(here, begin)
-        return plan_pick(self.context, here, query, begin, seed)
+        context = self.context.with_approach(GraspApproach(approach)).dropping_from(DropFrom(drop_from))
+        return plan_pick(context, here, query, begin, seed)
 
     def verify(self, plan: Plan, scene: Scene | None = None) -> Plan:
         """Verify a plan by the independent verifier.

@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 import pickcli
-from pickcli import InputError, NoPlanError, Planner, RejectedError, StaleError, UnknownNameError, box
+from pickcli import (
+    InputError,
+    NoPlanError,
+    Planner,
+    RejectedError,
+    StaleError,
+    UnknownNameError,
+    box,
+    make_scene,
+)
 from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
 from pickcli.geometry import Array
 from pickcli.motion.plan_file import motion_hash
@@ -124,3 +133,16 @@ def test_a_box_between_no_corners_is_refused() -> None:
 def test_a_path_of_other_joints_is_refused(planner: Planner) -> None:
     with pytest.raises(InputError, match="path: is of a, b, the cell plans turn, bend"):
         planner.time_path(pickcli.JointPath(("a", "b"), np.zeros((2, 2))))
+
+
+def test_a_pick_by_region_query_is_dropped_from_over_the_rim() -> None:
+    planner = Planner.load("apc2016_delft")
+    scene = make_scene({"bin_B": ["crayola_24_ct"]}, planner.cell, 2)
+    usual = planner.plan_pick(scene, "crayola_24_ct")
+    plan = planner.plan_pick(scene, "crayola_24_ct", approach="region", drop_from="rim")
+    assert plan.grasp is not None and plan.grasp.envelope and planner.verify(plan, scene).certificate
+    assert plan.trajectory.duration < usual.trajectory.duration
+    with pytest.raises(UnknownNameError, match="unknown approach 'regions'"):
+        planner.plan_pick(scene, "crayola_24_ct", approach="regions")
+    with pytest.raises(UnknownNameError, match="unknown drop_from 'above'"):
+        planner.plan_pick(scene, "crayola_24_ct", drop_from="above")
