@@ -127,7 +127,7 @@ class Played:
     def delivery_times(self) -> list[float]:
         """Of every delivered target, s from leaving for its bin to its release in the tote."""
         return [
-            max(end for kind, _, end in attempt["plan"]["segments"] if kind == "place")
+            min(start for kind, start, _ in attempt["plan"]["segments"] if kind == "depart")
             for attempt in self.record["attempts"]
             if attempt["outcome"] == "in tote"
         ]
