@@ -1,34 +1,41 @@
-"""The motion with the item from the grasp to the release, timed in parts between which the arm rests.
+"""The motion with the item from the grasp to the release, and away from there.
 
-It is one part; but the weight of an item that a cup holds by its side is taken up slowly in a part of its
-own, and the arm rests where the tool changes its state with the item.
+With the item it is one part; but the weight of an item that a cup holds by its side is taken up slowly in a
+part of its own, and the arm rests where the tool changes its state with the item, and where it lets it go.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from pickcli.cell.device import device_of
+from pickcli.cell.device import DeviceKind, device_of
 from pickcli.cell.tool import MOVING
+from pickcli.collision.motion_segment import scaled_segments
 from pickcli.errors import Failures
 from pickcli.grasping.holding import GripLoad
 from pickcli.kinematics.tool_change import changing_tip
-from pickcli.planning.assembly.proven_timing import carried_run, divided_lift
-from pickcli.planning.pick_motion import PickMotion
+from pickcli.planning.assembly.proven_timing import carried_run, divided_lift, proven_run
+from pickcli.planning.pick_motion import PickMotion, PlaceMotion
 from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.timing.concatenation import RestingRun
 from pickcli.timing.plan_parts import PlanPart
+
+LET_GO = 0.05  # s at rest over a rim at the end of a plan, in which the item has left the cup
 
 
 @dataclass(frozen=True, eq=False)
 class CarriedMotion:
-    """The timed motion with the item.
+    """The timed motion with the item, and that of the empty tool after it.
 
     Attributes:
-        parts: Its parts, from the grasp to the release.
+        parts: Its parts with the item, from the grasp to the release, where the arm rests in the end.
+        away: The part after the release; a rest if the plan ends there.
         load: The worst load on the cup.
     """
 
     parts: tuple[PlanPart, ...]
+    away: PlanPart
     load: GripLoad
 
 
@@ -71,4 +78,29 @@ def carried_motion(problem: PickProblem, motion: PickMotion) -> CarriedMotion | 
         loads.append(hold.in_motion(changing_tip(context.arm, after[0].start, *states, duration)))
         until_change = len(divided) - 1
         parts[until_change] = replace(parts[until_change], rest=duration, at_rest=segments[change])
-    return CarriedMotion(tuple(parts), GripLoad.worst(loads))
+    away = _away(context, motion.placement)
+    if isinstance(away, Failures):
+        return away
+    parts[-1] = _at_rest_in_the_end(context, motion.placement, parts[-1])
+    return CarriedMotion(tuple(parts), away, GripLoad.worst(loads))
+
+
+def _at_rest_in_the_end(context: PlanningContext, placement: PlaceMotion, part: PlanPart) -> PlanPart:
+    """Return the last part with the item, with the rest in which the item is let go.
+
+    Off a coarse motion, which is as fast as the arm, the valve closes only once the arm rests, as the item
+    would be thrown otherwise.
+    """
+    devices = context.cell.devices
+    rest = context.method.rests(devices, context.settings.release_time).releasing
+    rest += device_of(devices, DeviceKind.VALVE).lead if placement.ends_at_release else 0.0
+    return replace(part, rest=rest, at_rest=placement.away[0] if context.method.closes_at_rest else None)
+
+
+def _away(context: PlanningContext, placement: PlaceMotion) -> PlanPart | Failures:
+    """Time and prove the way of the empty tool from the release; from over a rim there is none."""
+    if placement.ends_at_release:
+        return PlanPart(placement.away, RestingRun.of(context.arm.names, placement.away[0].start, LET_GO))
+    segments = scaled_segments(context.cell.speed_scale, placement.away)
+    run = proven_run(context, placement.scene, segments)
+    return run if isinstance(run, Failures) else PlanPart(segments, run)

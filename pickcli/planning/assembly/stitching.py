@@ -8,7 +8,7 @@ item.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from pickcli.cell.device import device_of
 from pickcli.collision.motion_segment import MotionSegment, at_rest, scaled_segments
@@ -18,7 +18,6 @@ from pickcli.io_events.event_binding import bound_events
 from pickcli.io_events.resolve import resolve
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.carried_motion import carried_motion
-from pickcli.planning.assembly.item_release import motion_after_release, time_at_release
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import PickMotion
@@ -65,20 +64,12 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     carried = carried_motion(problem, motion)
     if isinstance(carried, Failures):
         return carried
-    last = motion_after_release(context, motion.placement)
-    if isinstance(last, Failures):
-        return last
     rests = context.method.rests(context.cell.devices, context.settings.release_time)
-    closing, opening = motion.taking.inward[-1], motion.placement.away[0]
-    closes = context.method.closes_at_rest
-    *parts, release = carried.parts
+    closing = motion.taking.inward[-1] if context.method.closes_at_rest else None
     trajectory, segments = joined([
-        PlanPart(to_item, first, rests.taking, closing if closes else None),
-        *parts,
-        replace(
-            release, rest=time_at_release(context, motion.placement), at_rest=opening if closes else None
-        ),
-        last,
+        PlanPart(to_item, first, rests.taking, closing),
+        *carried.parts,
+        carried.away,
     ])  # fmt: skip
     scheduled = bound_events(context.cell, segments, trajectory, rests.taking, rests.releasing)
     if isinstance(scheduled, Failures):

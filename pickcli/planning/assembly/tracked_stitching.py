@@ -24,7 +24,6 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.grip_load import carried_load
-from pickcli.planning.assembly.item_release import motion_after_release, time_at_release
 from pickcli.planning.assembly.proven_timing import BETWEEN
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven, why_not_swept
 from pickcli.planning.assembly.tool_path_check import thrown
@@ -212,9 +211,6 @@ def _timed(
     transfer = carried_motion(meeting.after, replace(carried, taking=replace(carried.taking, outward=())))
     if isinstance(transfer, Failures):
         return transfer
-    last = motion_after_release(meeting.after.context, carried.placement)
-    if isinstance(last, Failures):
-        return last
     rests = context.method.rests(context.cell.devices, context.settings.release_time)
     closes = context.method.closes_at_rest
     t_up = meeting.t_contact - taking.inward.trajectory.duration
@@ -229,19 +225,16 @@ def _timed(
     to_item = PlanPart(inward, taking.inward, rests.taking, taking.motion.inward[-1] if closes else None)
     leaves = at_rest(SegmentKind.TRANSFER, carried.taking.end, carried.transfer.segments[0].mode)
     slowing = RestingRun.of(context.arm.names, carried.taking.end, falling.duration)
-    *parts, release = transfer.parts
-    opening = carried.placement.away[0] if closes else None
     left = (
         *([PlanPart([leaves], slowing, continues=True)] if falling.rests else []),
-        *parts,
-        replace(release, rest=time_at_release(context, carried.placement), at_rest=opening),
-        last,
+        *transfer.parts,
+        transfer.away,
     )
     return _TimedParts(
         coming=[PlanPart(transit, arrival.run, arrival.ramp)],
         tracking=[_along(part, meeting.axis, met) for part in (to_item, *taking.outward.parts)],
         leaving=[_along(part, meeting.axis, end) for part in left],
-        n_away=len(last.segments),
+        n_away=len(transfer.away.segments),
         tracked=tracked,
         wait=t_up - arrival.ramp - arrival.run.trajectory.duration,
         transfer_load=transfer.load,
