@@ -30,12 +30,12 @@ class CarriedMotion:
 
     Attributes:
         parts: Its parts with the item, from the grasp to the release, where the arm rests in the end.
-        away: The part after the release; a rest if the plan ends there.
+        away: The part after the release, a rest if the plan ends there; none of a motion without a release.
         load: The worst load on the cup.
     """
 
     parts: tuple[PlanPart, ...]
-    away: PlanPart
+    away: tuple[PlanPart, ...]
     load: GripLoad
 
 
@@ -78,11 +78,13 @@ def carried_motion(problem: PickProblem, motion: PickMotion) -> CarriedMotion | 
         loads.append(hold.in_motion(changing_tip(context.arm, after[0].start, *states, duration)))
         until_change = len(divided) - 1
         parts[until_change] = replace(parts[until_change], rest=duration, at_rest=segments[change])
+    if not motion.placement.away:
+        return CarriedMotion(tuple(parts), (), GripLoad.worst(loads))
     away = _away(context, motion.placement)
     if isinstance(away, Failures):
         return away
     parts[-1] = _at_rest_in_the_end(context, motion.placement, parts[-1])
-    return CarriedMotion(tuple(parts), away, GripLoad.worst(loads))
+    return CarriedMotion(tuple(parts), (away,), GripLoad.worst(loads))
 
 
 def _at_rest_in_the_end(context: PlanningContext, placement: PlaceMotion, part: PlanPart) -> PlanPart:

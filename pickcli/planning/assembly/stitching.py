@@ -69,7 +69,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     trajectory, segments = joined([
         PlanPart(to_item, first, rests.taking, closing),
         *carried.parts,
-        carried.away,
+        *carried.away,
     ])  # fmt: skip
     scheduled = bound_events(context.cell, segments, trajectory, rests.taking, rests.releasing)
     if isinstance(scheduled, Failures):

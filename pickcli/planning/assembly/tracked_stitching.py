@@ -228,13 +228,13 @@ def _timed(
     left = (
         *([PlanPart([leaves], slowing, continues=True)] if falling.rests else []),
         *transfer.parts,
-        transfer.away,
+        *transfer.away,
     )
     return _TimedParts(
         coming=[PlanPart(transit, arrival.run, arrival.ramp)],
         tracking=[_along(part, meeting.axis, met) for part in (to_item, *taking.outward.parts)],
         leaving=[_along(part, meeting.axis, end) for part in left],
-        n_away=len(transfer.away.segments),
+        n_away=sum(len(part.segments) for part in transfer.away),
         tracked=tracked,
         wait=t_up - arrival.ramp - arrival.run.trajectory.duration,
         transfer_load=transfer.load,
