@@ -30,7 +30,7 @@ from pickcli.planning.coarse_motion import COARSE_LIMITS, plan_coarse
 from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.pick_settings import DropFrom, GraspApproach
+from pickcli.planning.pick_settings import DropPlace, GraspApproach
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.precompute.artifact_cache import read_stored
 from pickcli.scene.scene import TOTE, Scene, empty_scene
@@ -241,7 +241,7 @@ class Planner:
         start: Configuration = "home",
         seed: int = 0,
         approach: str = GraspApproach.LINES,
-        drop_from: str = DropFrom.INSIDE,
+        drop_from: str = DropPlace.INSIDE,
     ) -> Plan:
         """Plan a pick, from the start configuration to the release of the item.
 
@@ -263,7 +263,7 @@ class Planner:
                 in collision.
         """
         known: dict[str, tuple[str, list[str]]] = {
-            "approach": (approach, [*GraspApproach]), "drop_from": (drop_from, [*DropFrom])
+            "approach": (approach, [*GraspApproach]), "drop_from": (drop_from, [*DropPlace])
         }  # fmt: skip
         for what, (name, names) in known.items():
             if name not in names:
@@ -275,7 +275,7 @@ class Planner:
         query = PickQuery(target.location, target.id, into=into)
         begin, here = start_of(self.cell, start), self._seen(scene)
         refuse_standing(here, begin)
-        context = self.context.with_approach(GraspApproach(approach)).dropping_from(DropFrom(drop_from))
+        context = self.context.with_approach(GraspApproach(approach)).dropping_from(DropPlace(drop_from))
         return plan_pick(context, here, query, begin, seed)
 
     def verify(self, plan: Plan, scene: Scene | None = None) -> Plan:

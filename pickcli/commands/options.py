@@ -195,10 +195,10 @@ def drop_from_option(default: str) -> Callable[[F], F]:
     Returns:
         Decorator of the command.
     """
-    from pickcli.planning.pick_settings import DropFrom
+    from pickcli.planning.pick_settings import DropPlace
 
     return click.option(
-        "--drop-from", type=click.Choice([str(each) for each in DropFrom], case_sensitive=False),
+        "--drop-from", type=click.Choice([str(each) for each in DropPlace], case_sensitive=False),
         default=default, show_default=True,
         help="From where items are dropped into a tote: low between its walls, or from over its rim where "
              "that is at most 0.28 m high, which takes a second less.",

@@ -183,10 +183,10 @@ class PickOptions(PlanOptions):
     drop_from: str
 
     def _context(self, cell: Cell) -> PlanningContext:
-        from pickcli.planning.pick_settings import DropFrom, GraspApproach
+        from pickcli.planning.pick_settings import DropPlace, GraspApproach
 
         context = super()._context(cell).with_approach(GraspApproach(self.approach))
-        return context.dropping_from(DropFrom(self.drop_from))
+        return context.dropping_from(DropPlace(self.drop_from))
 
 
 def verify_option(function: F) -> F:

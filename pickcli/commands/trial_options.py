@@ -188,9 +188,9 @@ class TrialOptions:
         Returns:
             The contexts, in the same order.
         """
-        from pickcli.planning.pick_settings import DropFrom, GraspApproach
+        from pickcli.planning.pick_settings import DropPlace, GraspApproach
 
-        approach, drop_from = GraspApproach(self.approach), DropFrom(self.drop_from)
+        approach, drop_from = GraspApproach(self.approach), DropPlace(self.drop_from)
         contexts = (
             load_context(cell, self.roadmap, self.trajectories, build_missing=True, jobs=self.jobs)
             for cell in cells

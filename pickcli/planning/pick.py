@@ -11,7 +11,7 @@ from pickcli.errors import Failures, NoExtractionError, NoPlanError
 from pickcli.motion.plan import Certify, Plan
 from pickcli.planning.assembly.stitching import stitch_pick
 from pickcli.planning.pick_problem import PickProblem, PickQuery, shift_label
-from pickcli.planning.pick_settings import DropFrom
+from pickcli.planning.pick_settings import DropPlace
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
@@ -79,7 +79,7 @@ def _problem(context: PlanningContext, scene: Scene, query: PickQuery, seed: int
     """Return the problem of a query, of a shift with its way; raise NoPlanError if a shift has none."""
     problem = PickProblem.of(context, scene, query, seed)
     if query.by is None:
-        is_from_rim = context.settings.drop_from is DropFrom.RIM and query.into != query.out_of
+        is_from_rim = context.settings.drop_from is DropPlace.RIM and query.into != query.out_of
         return replace(problem, over_rim=is_from_rim)
     way = shift_corridor(problem, query.by)
     if isinstance(way, Failures):

@@ -24,7 +24,7 @@ class GraspApproach(StrEnum):
     LINES_THEN_REGION = "lines-then-region"  # a region query where no fixed candidate succeeds
 
 
-class DropFrom(StrEnum):
+class DropPlace(StrEnum):
     """From where an item is dropped into a tote or another open box."""
 
     INSIDE = "inside"  # between the walls, low over what lies there
@@ -60,7 +60,7 @@ class PickSettings:
     """
 
     approach: GraspApproach = GraspApproach.LINES
-    drop_from: DropFrom = DropFrom.INSIDE
+    drop_from: DropPlace = DropPlace.INSIDE
     approach_offset: float = 0.04
     first_stretch: float = 0.053
     approach_speed: float = 0.35

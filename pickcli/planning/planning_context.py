@@ -16,7 +16,7 @@ from pickcli.grasping.grasp_method import GraspMethod
 from pickcli.grasping.method_choice import grasp_method
 from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.planning.pick_settings import DEFAULTS, DropFrom, GraspApproach, PickSettings
+from pickcli.planning.pick_settings import DEFAULTS, DropPlace, GraspApproach, PickSettings
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from pickcli.scene.scene import Scene
@@ -83,7 +83,7 @@ class PlanningContext:
         """
         return replace(self, settings=replace(self.settings, approach=approach))
 
-    def dropping_from(self, drop_from: DropFrom) -> PlanningContext:
+    def dropping_from(self, drop_from: DropPlace) -> PlanningContext:
         """Return a context whose picks drop items into open boxes from elsewhere.
 
         Args:

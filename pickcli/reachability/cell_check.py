@@ -9,7 +9,7 @@ import numpy as np
 
 from pickcli.cell.cell import AllowedPair, Cell
 from pickcli.cell.checks.arm_consistency import source_of_arm
-from pickcli.cell.checks.mass_plausibility import warn_of_masses
+from pickcli.cell.checks.inertial_plausibility import warn_of_masses
 from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import NO_POD, Obstacles

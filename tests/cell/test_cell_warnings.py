@@ -12,7 +12,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import cell_names, load_cell, load_workcell
 from pickcli.cell.checks.cell_warnings import CELL_WARNINGS
-from pickcli.cell.checks.mass_plausibility import warn_of_masses
+from pickcli.cell.checks.inertial_plausibility import warn_of_masses
 from pickcli.cell.data_path import data_path
 from pickcli.cell.inertial import is_possible
 from pickcli.files.file_kind import CELL
