@@ -252,7 +252,7 @@ def test_without_the_pod_in_its_pictures_a_place_is_off_with_the_camera(
             raise InputError("pod not located")
         return camera_in_pod(picture, *rest)
 
-    monkeypatch.setattr("pickcli.trial.camera_looks.camera_in_pod", not_located)
+    monkeypatch.setattr("pickcli.trial.simulated_cameras.camera_in_pod", not_located)
     believed = look(looks(true_scene), true_scene, 1)
     mount = cell.cameras["hand"].error
     for placed in believed.in_location("bin_C"):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from pickcli.cell.item import Item
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
@@ -20,6 +18,7 @@ from pickcli.perception.textures.print_pose import PictureFeatures, PrintPose, p
 from pickcli.perception.textures.sift_views import SiftViews
 
 CAMERA = PinholeCamera(1400.0, 1400.0, 320.0, 240.0, 640, 480)
+N_POSES, MOST_WRONG = 60, 40
 OTHER_LIGHT = LightingModel(ambient=0.4, headlight=0.1, lamp=0.5, lamp_position=(0.4, -1.0, -0.6))
 
 
@@ -46,17 +45,20 @@ def made_up(
     return seen, Matches(np.arange(80), claimed, np.full(80, 0.5))
 
 
-@settings(max_examples=25, deadline=None)
-@given(st.integers(0, 10_000), st.integers(0, 40))
-def test_a_pose_is_recovered_among_wrong_matches(soap_model: PrintModel, seed: int, n_wrong: int) -> None:
-    rng = np.random.default_rng(seed)
-    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    T = pose((*rng.uniform(-0.06, 0.06, 2), rng.uniform(0.5, 0.9)), R=turn * np.linalg.det(turn))
-    seen, matches = made_up(soap_model, T, rng, n_wrong)
-    (found,) = print_poses(seen, soap_model, (matches,), 1)
-    assert np.linalg.norm(found.T_camera_item[:3, 3] - T[:3, 3]) < 0.006
-    assert rotation_angle(found.T_camera_item[:3, :3].T @ T[:3, :3]) < np.radians(4.0)
-    assert found.n_matches >= 0.8 * (80 - n_wrong)
+def test_poses_are_recovered_among_wrong_matches(soap_model: PrintModel) -> None:
+    """Up to half of the matches are wrong; the others have errors, so that the last of many is off more."""
+    off, turned = [], []
+    for seed in range(N_POSES):
+        rng, n_wrong = np.random.default_rng(seed), MOST_WRONG * seed // (N_POSES - 1)
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        T = pose((*rng.uniform(-0.06, 0.06, 2), rng.uniform(0.5, 0.9)), R=turn * np.linalg.det(turn))
+        seen, matches = made_up(soap_model, T, rng, n_wrong)
+        (found,) = print_poses(seen, soap_model, (matches,), 1)
+        off.append(float(np.linalg.norm(found.T_camera_item[:3, 3] - T[:3, 3])))
+        turned.append(np.degrees(rotation_angle(found.T_camera_item[:3, :3].T @ T[:3, :3])))
+        assert found.n_matches >= 0.8 * (80 - n_wrong)
+    assert np.quantile(off, 0.9) < 0.0015 and max(off) < 0.006
+    assert np.quantile(turned, 0.9) < 1.0 and max(turned) < 6.0
 
 
 def test_wrong_matches_alone_give_no_pose(soap_model: PrintModel) -> None:
