@@ -10,7 +10,6 @@ import numpy as np
 from pickcli.cell.cell import AllowedPair, Cell
 from pickcli.cell.checks.arm_consistency import source_of_arm
 from pickcli.cell.checks.inertial_plausibility import warn_of_masses
-from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.workcell import Workcell
@@ -200,25 +199,23 @@ def _warn_of_motors(warnings: FileWarnings, cell: Cell) -> None:
     worst: dict[str, tuple[float, str]] = {}
     for named in cell.configurations.values():
         q = np.asarray(named.q)[None]
-        needed = np.abs(ArmDynamics(arm, named.tool_state).efforts(q, 0.0 * q, 0.0 * q))[0]
-        for name, effort, its in zip(robot.joint_names, needed, most, strict=True):
-            if effort > max(MOTOR_SHARE * its, worst.get(name, (0.0, ""))[0]):
-                worst[name] = effort, named.name
+        dynamics = ArmDynamics(arm, named.tool_state)
+        needed = np.abs(dynamics.efforts(q, 0.0 * q, 0.0 * q))[0]
+        for k in np.flatnonzero(needed > MOTOR_SHARE * most).tolist():
+            name, effort = robot.joint_names[k], float(needed[k])
+            if effort > worst.get(name, (0.0, ""))[0]:
+                worst[name] = effort, f"in {named.name} {effort:.3g} {dynamics.units[k]}"
     weak: dict[str, tuple[Key, str]] = {
         name: (
             ("robot", "motor_forces", name),
-            f"in {at} {effort:.3g} {_unit(robot, name)} bear the arm at rest, over {MOTOR_SHARE:.0%} of its "
-            "motor: no motion leads there; correct it, or the masses in the URDF",
+            f"{needs} bear the arm at rest, over {MOTOR_SHARE:.0%} of its motor: no motion leads there; "
+            "correct it, or the masses in the URDF",
         )
-        for name, (effort, at) in worst.items()
+        for name, (_, needs) in worst.items()
     }
     warnings.add_alike(
         "weak_motor", weak, ("robot", "motor_forces"), "are the masses in the URDF in kg, not g?"
     )
-
-
-def _unit(robot: Robot, joint: str) -> str:
-    return "N" if robot.units[robot.joint_names.index(joint)] == "m" else "Nm"
 
 
 def _warn_of_windows(warnings: FileWarnings, cell: Cell) -> None:
