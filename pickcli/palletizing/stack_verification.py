@@ -154,10 +154,12 @@ class _View:
         for corner in self._it.bears_within:
             off = _outside(corner, self._it, bearers, least_contact(self._stack.clearance))
             if off > TOLERANCE:
-                yield "is not borne within its polygon", f"a corner is {_mm(off)} outside"
+                where = f"a corner is {_mm(off)} outside" if np.isfinite(off) else "nothing bears a corner"
+                yield "is not borne within its polygon", where
                 break
         if self.margin < -TOLERANCE:
-            yield "would tip", f"its centre of mass may be {_mm(-self.margin)} outside of what bears it"
+            why = f"its centre of mass may be {_mm(-self.margin)} outside of what bears it"
+            yield "would tip", why if np.isfinite(self.margin) else "its polygon of what bears it has no area"
 
 
 def _outside(corner: Array, it: Placement, bearers: Sequence[Placement], width: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -116,6 +117,7 @@ def _walled(values: Values) -> None:
         (_by(2, 0.0, 0.0, -0.001), "is sunk in what bears it", "plank"),
         (_of(2, rests_on=["block"]), "rests on what is not stated", "plank"),
         (_of(1, rests_on=["block"]), "does not rest on what is stated", "post"),
+        (_by(2, -0.9, 0.0, 0.0), "is not borne within its polygon", "plank"),
         (_larger, "is not borne within its polygon", "plank"),
         (_bare, "is not borne within its polygon", "plank"),
         (_of(3, borne_within=[[-0.4, -0.2], [-0.39, -0.2], [-0.4, -0.19]]), "would tip", "lid"),
@@ -134,6 +136,7 @@ def test_what_is_changed_is_refused(
     (tmp_path / "s.json").write_text(json.dumps(values))
     found = verify_stack(read_pallet_stack(tmp_path / "s.json")).reasons
     assert (told, where) in [(reason.what, reason.where) for reason in found]
+    assert not any(re.search(r"\b(inf|nan)\b", reason.detail) for reason in found)
 
 
 def test_contacts_narrower_than_the_clearance_bear_nothing(tmp_path: Path) -> None:
