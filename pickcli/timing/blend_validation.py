@@ -13,6 +13,7 @@ from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.timing.corner_blending import BlendedPath, blend, distinct, smoothed
 from pickcli.timing.limit_check import POSITION_TOLERANCE
+from pickcli.timing.path_parts import PathParts
 
 IsFree: TypeAlias = Callable[[int, Array, Array], int]
 """(part, Q (K, n), slack (K - 1, n)) -> index of the first chord whose tube is not proven free, or -1."""
@@ -59,18 +60,14 @@ def chord_tube(curve: BlendedPath, start: float = 0.0, end: float | None = None)
     return ChordTube(s, curve.evaluate(s), np.where(curve.is_line(s[:-1], s[1:])[:, None], 0.0, slack))
 
 
-def proven_blend(
-    waypoints: Array, tolerances: Array, edges: Array, limits: Limits, is_free: IsFree | None
-) -> BlendedPath:
+def proven_blend(parts: PathParts, limits: Limits, is_free: IsFree | None) -> BlendedPath:
     """Blend the corners of a polyline so that every part is proven free and within the position limits.
 
     If the blend of a corner is not proven, its tolerance is halved, up to six times; after that the corner
     becomes a stop, at which the path is the polyline itself.
 
     Args:
-        waypoints: (N, n) configurations.
-        tolerances: (N,) bounds on the distance to the polyline near each waypoint, in joint units.
-        edges: (P + 1,) waypoint indices of the part boundaries.
+        parts: The polyline in parts.
         limits: Position limits.
         is_free: Checks that chords of a part are free; None trusts the tolerances.
 
@@ -80,21 +77,20 @@ def proven_blend(
     Raises:
         NoPlanError: If a straight edge is not proven: the polyline was not free.
     """
-    curve = blend(waypoints, tolerances)
+    waypoints, tolerances = parts.waypoints, parts.tolerances
     try:
-        return _proven(curve, tolerances, edges, limits, is_free)
+        return _proven(blend(waypoints, tolerances), parts, limits, is_free)
     except NoPlanError:
         # Dropping waypoints moved an edge slightly; without that the polyline is the caller's.
-        return _proven(blend(waypoints, tolerances, simplify=0.0), tolerances, edges, limits, is_free)
+        return _proven(blend(waypoints, tolerances, simplify=0.0), parts, limits, is_free)
 
 
-def _proven(
-    curve: BlendedPath, tolerances: Array, edges: Array, limits: Limits, is_free: IsFree | None
-) -> BlendedPath:
+def _proven(curve: BlendedPath, parts: PathParts, limits: Limits, is_free: IsFree | None) -> BlendedPath:
+    tolerances = parts.tolerances
     nearest = np.abs(curve.waypoint_s[:, None] - curve.corner_s).argmin(axis=0)
     wanted = tolerances[nearest].astype(float)
     floor = wanted / 2.0**_HALVINGS
-    while (failure := _first_failure(curve, edges, limits, is_free)) is not None:
+    while (failure := _first_failure(curve, parts, limits, is_free)) is not None:
         reason, start, end = failure
         near = np.abs(curve.corner_s - np.clip(curve.corner_s, start, end)) < curve.half_lengths
         if not near.any():
@@ -105,13 +101,13 @@ def _proven(
 
 
 def _first_failure(
-    curve: BlendedPath, edges: Array, limits: Limits, is_free: IsFree | None
+    curve: BlendedPath, parts: PathParts, limits: Limits, is_free: IsFree | None
 ) -> tuple[Reason, float, float] | None:
     """Return a reason and the s range of the first chord outside the position limits or not proven free."""
     if is_free is None and _beyond(curve.evaluate(curve.knots), limits).max() <= POSITION_TOLERANCE:
         return None
-    at = curve.waypoint_s[edges]
-    for part in range(len(edges) - 1):
+    at = parts.boundaries(curve)
+    for part in range(len(at) - 1):
         tube = chord_tube(curve, float(at[part]), float(at[part + 1]))
         if len(tube.s) < 2:
             continue

@@ -19,6 +19,9 @@ ToolSpeed: TypeAlias = Callable[[Array, Array], Array]
 
 _TABLE_STEP = 0.03  # joint units between the points at which the tool's speed is tabulated
 _FASTEST = 1e3  # ds/dt of a path without any other limit
+# Joint units from a boundary to gridpoints on either side. An arm brakes just before a part that limits the
+# tool's speed, and is smoothed into it: that is where the speed may have to be lower.
+_BESIDE = np.array([0.002, 0.004, 0.008, 0.016, 0.032, 0.064])
 PLANE_STEP = 0.03  # joint units between gridpoints, at most, if half-planes limit the speed
 
 
@@ -101,7 +104,9 @@ class PathBounds:
             The grid.
         """
         even = np.arange(0.0, curve.length, PLANE_STEP) if self.constraint else np.empty(0)
-        nodes = np.concatenate([self.edges, self.table_s, even])
+        inner = self.edges[1:-1, None] if len(self.table_s) else np.empty((0, 1))
+        beside = np.concatenate([inner - _BESIDE, inner + _BESIDE])
+        nodes = np.concatenate([self.edges, beside.ravel(), self.table_s, even])
         s = distinct(np.concatenate([curve.knots, nodes[(nodes > 0.0) & (nodes < curve.length)]]))
         q, dq, ddq, dddq = curve.evaluate_all(s)
         here, between = self.lowest(self.scales, s, s), self.lowest(self.scales, s[:-1], s[1:])

@@ -3,7 +3,7 @@
 1. TOPP-RA under velocity and acceleration limits, with the path's own jerk capped;
 2. s(t) smoothed over a window (``smooth``), which bounds the jerk of the switches;
 3. where the result breaks a limit, by a factor r of time, the limits are lowered and steps 1 and 2 repeated;
-4. the excess after a few rounds, a percent or so, is removed by scaling time.
+4. the excess after some rounds, a percent or so, is removed by scaling time.
 
 The result is a pure function of path and limits.
 """
@@ -24,8 +24,10 @@ from pickcli.timing.toppra_closed_form import PathGrid, VelocityProfile, paramet
 _WIDE_WINDOW = 1.55  # times the ramp: a window that leaves half of the jerk for the path's own curvature
 _SHORT_MOTION = 20.0  # ramps: in a motion shorter than this, a wide window may cost more time than it saves
 _ROUNDS = 4  # for every window
+_MOST_ROUNDS = 12  # the same while the excess is large, as before a very slow part
 _SLOWER = 2.0  # at most, from one round to the next
 _GOOD_EXCESS = 1.003  # time scale below which no further round is made
+_LARGE_EXCESS = 1.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,13 +94,13 @@ def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, s
     """Run rounds of local correction for one window of ``n_window`` cells, ``share`` of a ramp long."""
     grid = bounds.grid(curve, min(1.0, share), 1.0, step * n_window)
     best: TimedPath | None = None
-    for _ in range(_ROUNDS):
+    for k in range(_MOST_ROUNDS):
         profile = parametrize(grid)
         law = smooth(profile, step, n_window)
         ratios = needed_time_scale(curve, bounds, law)
         timed = TimedPath(law, float(ratios.max()))
         best = timed if best is None or timed.duration < best.duration else best
-        if timed.time_scale <= _GOOD_EXCESS:
+        if timed.time_scale <= (_GOOD_EXCESS if k < _ROUNDS - 1 else _LARGE_EXCESS):
             break
         grid = _lowered(grid, profile, ratios, step, n_window)
     assert best is not None
@@ -119,16 +121,28 @@ def needed_time_scale(curve: BlendedPath, bounds: PathBounds, law: TimeLaw) -> A
     start, end = law.s[:-1], law.s[1:]
     ratio = curve.needed_time_scale(law, bounds.limits, bounds.lowest(bounds.scales, start, end))
     if len(bounds.table_s):
-        tool = bounds.tool_speed(law.s) * law.ds
-        ratio = np.maximum(
-            ratio, np.maximum(tool[:-1], tool[1:]) / bounds.lowest(bounds.tool_caps, start, end)
-        )
+        ratio = np.maximum(ratio, _tool_ratios(bounds, law))
     if bounds.constraint is not None:
         trajectory = to_trajectory(curve, law)
         states = trajectory.positions, trajectory.velocities, trajectory.accelerations
         needed = bounds.constraint.time_scale(*states)
         ratio = np.maximum(ratio, np.minimum(np.maximum(needed[:-1], needed[1:]), _SLOWER))
     return np.asarray(ratio)
+
+
+def _tool_ratios(bounds: PathBounds, law: TimeLaw) -> Array:
+    """Return the tool's speed over its limit in each cell (K - 1,), by its ends and the boundaries within it.
+
+    The limit of a part holds from its boundary on: an arm that brakes for a slow part is faster up to there.
+    """
+    edges = bounds.edges[(bounds.edges > law.s[0]) & (bounds.edges < law.s[-1])]
+    s = np.concatenate([law.s, edges])
+    pace = np.concatenate([law.ds, np.interp(edges, law.s, law.ds)])
+    over = bounds.tool_speed(s) * pace / bounds.lowest(bounds.tool_caps, s, s)
+    ends = over[: len(law.s)]
+    ratios: Array = np.maximum(ends[:-1], ends[1:])
+    np.maximum.at(ratios, np.searchsorted(law.s, edges, side="right") - 1, over[len(law.s) :])
+    return ratios
 
 
 def to_trajectory(curve: BlendedPath, law: TimeLaw, names: tuple[str, ...] = ()) -> Trajectory:

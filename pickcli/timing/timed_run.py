@@ -19,6 +19,7 @@ from pickcli.timing.jerk_smoothing import TimeLaw, join, standing
 from pickcli.timing.limit_check import LimitReport, check_limits, peaks
 from pickcli.timing.path_constraint import PathConstraint
 from pickcli.timing.path_limits import PLANE_STEP, PathBounds, ToolSpeed, path_bounds
+from pickcli.timing.path_parts import PathParts
 from pickcli.timing.polyline_simplification import NOWHERE
 from pickcli.timing.time_parameterization import retime, to_trajectory
 from pickcli.timing.trajectory_chords import trajectory_chords
@@ -34,8 +35,7 @@ class TimedRun:
 
     Attributes:
         trajectory: N points with quintics in between.
-        part_times: (P + 1,) s when each segment begins, and the run's end; a boundary inside a blend is at
-            the middle of the blend.
+        part_times: (P + 1,) s when each segment begins, and the run's end (see ``PathParts``).
         piece_scales: (N - 1,) speed scale of each piece of the trajectory, for ``check_limits``.
         curve: The path that the trajectory follows.
         law: Time law along the path.
@@ -86,11 +86,11 @@ def time_run(
         NoPlanError: If the path is not free, or not even rest keeps the constraint.
         LimitError: If the result breaks a limit, which is a bug.
     """
-    waypoints, tolerances, edges = _stitched(segments)
-    curve = proven_blend(waypoints, tolerances, edges, limits, is_free)
+    parts = PathParts.of(segments)
+    curve = proven_blend(parts, limits, is_free)
     scales = np.array([segment.limits.speed_scale for segment in segments])
     caps = np.array([_cap(segment.limits) for segment in segments])
-    bounds = path_bounds(curve, limits, curve.waypoint_s[edges], scales, caps, jacobian_speed, constraint)
+    bounds = path_bounds(curve, limits, parts.boundaries(curve), scales, caps, jacobian_speed, constraint)
     if constraint is not None:
         _check_rest(curve, constraint)
     law, time_scale = _time_law(curve, bounds, step)
@@ -100,7 +100,7 @@ def time_run(
     if constraint is not None:
         excess = _constraint_excess(to_trajectory(curve, law), constraint)
         law, time_scale = law.time_scaled(excess), time_scale * excess
-    trajectory = _exact_ends(to_trajectory(curve, law, joint_names), waypoints)
+    trajectory = _exact_ends(to_trajectory(curve, law, joint_names), parts.waypoints)
     piece_scales = bounds.lowest(scales, law.s[:-1], law.s[1:])
     report = check_limits(trajectory, limits, piece_scales)
     times = law.times_at(bounds.edges)
@@ -109,26 +109,6 @@ def time_run(
 
 def _cap(limits: SegmentLimits) -> float:
     return np.inf if limits.max_tool_speed is None else limits.max_tool_speed
-
-
-def _stitched(segments: Sequence[PathSegment]) -> tuple[Array, Array, Array]:
-    """Return waypoints (N, n) of all segments, their tolerances (N,), and boundary indices (P + 1,)."""
-    if not segments:
-        raise ValueError("a run needs at least one segment")
-    blends = [segment.limits.blend_tolerance for segment in segments]
-    rows, tolerances, edges = [segments[0].waypoints[:1]], [np.array([blends[0]])], [0]
-    for index, (segment, blend) in enumerate(zip(segments, blends, strict=True)):
-        gap = float(np.abs(segment.waypoints[0] - rows[-1][-1]).max())
-        if gap > NOWHERE:
-            where = f"segment {index} ({segment.kind})"
-            raise ValueError(f"{where} starts {gap:.3g} from where the one before it ends")
-        rows.append(segment.waypoints[1:])
-        tolerances.append(np.full(len(segment.waypoints) - 1, blend))
-        edges.append(edges[-1] + len(segment.waypoints) - 1)
-    tolerance = np.concatenate(tolerances)
-    for edge, before, after in zip(edges[1:-1], blends[:-1], blends[1:], strict=True):
-        tolerance[edge] = min(before, after)
-    return np.concatenate(rows), tolerance, np.array(edges)
 
 
 def _time_law(curve: BlendedPath, bounds: PathBounds, step: float) -> tuple[TimeLaw, float]:

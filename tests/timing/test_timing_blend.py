@@ -13,6 +13,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.timing.blend_validation import chord_tube, proven_blend
 from pickcli.timing.corner_blending import BlendedPath, blend
+from pickcli.timing.path_parts import PathParts
 from pickcli.timing.polyline_simplification import POINT_TOLERANCE, arc_lengths, canonical
 from support.timing_paths import SEEDS, dense_curve, distance_to_polyline, limits, polylines, random_walk
 
@@ -105,6 +106,11 @@ def test_canonical_keeps_reversals() -> None:
     assert canonical(there_and_back).tolist() == [0, 1, 2, 3]
 
 
+def whole(waypoints: Array) -> PathParts:
+    """One part with wide blends."""
+    return PathParts(waypoints, np.array([0, len(waypoints) - 1]), np.array([0.05]))
+
+
 def test_corner_without_room_is_cut_less_until_proven() -> None:
     """The world forbids to leave the corner by more than 4 mm: the blend must shrink below that."""
     corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
@@ -112,7 +118,7 @@ def test_corner_without_room_is_cut_less_until_proven() -> None:
     def is_free(part: int, chords: Array, slack: Array) -> int:
         return _first_beyond(chords, slack, corner, 0.004)
 
-    curve = proven_blend(corner, np.full(3, 0.05), np.array([0, 2]), limits(2), is_free)
+    curve = proven_blend(whole(corner), limits(2), is_free)
     q = curve.evaluate(np.linspace(0.0, curve.length, 2000))
     assert 0.0 < distance_to_polyline(q, corner).max() <= 0.004
     assert len(curve.stops) == 0
@@ -124,7 +130,7 @@ def test_corner_that_no_blend_can_pass_becomes_a_stop() -> None:
     def is_free(part: int, chords: Array, slack: Array) -> int:
         return _first_beyond(chords, slack, corner, 1e-6)
 
-    curve = proven_blend(corner, np.full(3, 0.05), np.array([0, 2]), limits(2), is_free)
+    curve = proven_blend(whole(corner), limits(2), is_free)
     assert curve.stops.tolist() == [1]
     q = curve.evaluate(np.linspace(0.0, curve.length, 2000))
     assert distance_to_polyline(q, corner).max() < 1e-12
@@ -133,7 +139,7 @@ def test_corner_that_no_blend_can_pass_becomes_a_stop() -> None:
 def test_straight_edge_in_collision_is_an_error_with_its_part() -> None:
     line = np.array([[0.0, 0.0], [1.0, 0.0]])
     with pytest.raises(NoPlanError, match="part 0"):
-        proven_blend(line, np.full(2, 0.05), np.array([0, 1]), limits(2), lambda part, chords, slack: 0)
+        proven_blend(whole(line), limits(2), lambda part, chords, slack: 0)
 
 
 def test_each_part_is_proven_by_its_own_checker() -> None:
@@ -144,16 +150,43 @@ def test_each_part_is_proven_by_its_own_checker() -> None:
         seen[part] = (chords[0], chords[-1])
         return -1
 
-    curve = proven_blend(waypoints, np.full(3, 0.05), np.array([0, 1, 2]), limits(2), is_free)
+    curve = proven_blend(PathParts(waypoints, np.array([0, 1, 2]), np.full(2, 0.05)), limits(2), is_free)
     middle = curve.evaluate(curve.corner_s[1])[0]
     assert np.allclose(seen[0], [waypoints[0], middle]) and np.allclose(seen[1], [middle, waypoints[2]])
+
+
+@given(polylines(), st.sampled_from([0.0, 0.002, 0.02]), st.sampled_from([0.002, 0.05]), st.data())
+@settings(max_examples=150, deadline=None)
+def test_a_part_stays_as_near_to_the_polyline_as_it_states(
+    waypoints: Array, narrow: float, wide: float, data: st.DataObject
+) -> None:
+    """Blends with a neighbour that allows more belong to the neighbour, wherever the boundary is."""
+    at = data.draw(st.integers(0, len(waypoints) - 1))
+    blends = np.array(data.draw(st.permutations([narrow, wide])))
+    parts = PathParts(waypoints, np.array([0, at, len(waypoints) - 1]), blends)
+    curve = blend(waypoints, parts.tolerances)
+    boundaries = parts.boundaries(curve)
+    assert boundaries[0] == 0.0 and boundaries[-1] == curve.length and np.all(np.diff(boundaries) >= 0.0)
+    for blend_of, start, end in zip(blends, boundaries[:-1], boundaries[1:], strict=True):
+        q = curve.evaluate(np.linspace(start, end, 400))
+        assert distance_to_polyline(q, waypoints).max() <= blend_of * (1.0 + 1e-9) + 2 * POINT_TOLERANCE
+
+
+def test_a_line_ends_where_the_blend_to_a_coarse_motion_begins() -> None:
+    waypoints = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])
+    parts = PathParts(waypoints, np.array([0, 1, 2, 3]), np.array([0.002, 0.05, 0.002]))
+    curve = blend(waypoints, parts.tolerances)
+    half = curve.half_lengths[1]
+    assert half > 0.1 and np.allclose(parts.boundaries(curve), [0.0, 1.0 - half, 2.0 + half, 3.0])
+    same = PathParts(waypoints, parts.edges, np.full(3, 0.05))
+    assert np.allclose(same.boundaries(blend(waypoints, same.tolerances)), [0.0, 1.0, 2.0, 3.0])
 
 
 def test_blend_that_would_leave_the_joint_limits_is_cut_back() -> None:
     """A wide bump of the one corner must not carry the next one, which lies on a limit, over it."""
     waypoints = np.array([[0.0, 0.0], [0.3, 0.0], [0.32, 0.001], [0.34, 0.0], [0.6, 0.3]])
     tight = replace(limits(2), upper=np.array([50.0, 0.3]), lower=np.array([-50.0, 0.0]))
-    curve = proven_blend(waypoints, np.full(5, 0.05), np.array([0, 4]), tight, None)
+    curve = proven_blend(whole(waypoints), tight, None)
     q = curve.evaluate(curve.knots)
     assert np.all(q >= tight.lower - 1e-9) and np.all(q <= tight.upper + 1e-9)
 

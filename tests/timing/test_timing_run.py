@@ -11,6 +11,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.segment import PathSegment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.timing.path_parts import PathParts
 from pickcli.timing.polyline_simplification import POINT_TOLERANCE
 from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.toppra_closed_form import parametrize
@@ -122,22 +123,23 @@ def parts_of(waypoints: Array, at: int, **second: float) -> list[PathSegment]:
 
 def test_run_moves_through_part_boundaries_without_stopping() -> None:
     waypoints = random_walk(2, 6)
-    run = time_run(names(), parts_of(waypoints, 3), limits())
+    parts = parts_of(waypoints, 3)
+    run = time_run(names(), parts, limits())
     inner = run.trajectory.sample(np.linspace(0.05, run.trajectory.duration - 0.05, 500), 1)
     assert np.abs(inner).max(axis=1).min() > 0.01
     assert run.part_times[0] == 0.0 and run.part_times[-1] == run.trajectory.duration
-    middle = run.curve.evaluate(run.curve.waypoint_s[3])[0]
-    assert np.allclose(run.trajectory.sample(run.part_times[1])[0], middle, atol=1e-5)
+    boundary = run.curve.evaluate(PathParts.of(parts).boundaries(run.curve)[1])[0]
+    assert np.allclose(run.trajectory.sample(run.part_times[1])[0], boundary, atol=1e-5)
 
 
-def test_a_boundary_is_passed_as_closely_as_the_narrower_of_its_blends() -> None:
+def test_a_narrower_part_ends_where_the_blend_begins() -> None:
+    """What follows a straight line may round the corner between them; the line itself stays straight."""
     waypoints = random_walk(2, 6)
-    distances = []
-    for tolerance in (0.05, 0.001):
-        parts = [segment(waypoints[:4], 0.05), segment(waypoints[3:], tolerance)]
-        run = time_run(names(), parts, limits())
-        distances.append(np.linalg.norm(run.trajectory.sample(run.part_times[1])[0] - waypoints[3]))
-    assert distances[1] <= 0.001 < distances[0]
+    run = time_run(names(), [segment(waypoints[:4], 0.001), segment(waypoints[3:], 0.05)], limits())
+    t = np.linspace(0.0, run.part_times[1], 2000)
+    assert distance_to_polyline(run.trajectory.sample(t), waypoints).max() <= 0.001
+    t = np.linspace(run.part_times[1], run.trajectory.duration, 2000)
+    assert 0.001 < distance_to_polyline(run.trajectory.sample(t), waypoints).max() <= 0.05
 
 
 def test_scale_of_a_part_holds_in_that_part_only() -> None:
@@ -165,6 +167,23 @@ def test_tool_speed_is_capped_where_stated() -> None:
     assert speed[capped].max() <= 0.2 * 1.001
     assert speed[capped].max() >= 0.2 * 0.95
     assert speed[~capped].max() > 0.4
+
+
+@pytest.mark.parametrize("slow", [0.03, 0.01, 0.005])
+def test_only_a_slow_part_is_slow(slow: float) -> None:
+    """What comes before a part with a very low speed of the tool takes as long as before a stop there."""
+    line = np.linspace([0.0, 0.0, 0.0, 0.0], [1.2, 0.3, 0.1, 0.2], 4)
+    line[-1] = line[-2] + (line[-1] - line[-2]) / 20
+
+    def tool_speed(Q: Array, dQ: Array) -> Array:
+        return np.asarray(np.linalg.norm(dQ[:, :3], axis=1))
+
+    parts = [segment(line[:3], 0.05), segment(line[2:], 0.002, SegmentKind.CONTACT, max_tool_speed=slow)]
+    run = time_run(names(4), parts, limits(4), jacobian_speed=tool_speed)
+    until_stop = timed(line[:3], 0.05)
+    assert run.part_times[1] <= until_stop.trajectory.duration + 0.1
+    t = np.linspace(run.part_times[1], run.trajectory.duration, 4000)
+    assert np.linalg.norm(run.trajectory.sample(t, 1)[:, :3], axis=1).max() <= slow * 1.001
 
 
 def test_cap_without_a_tool_is_refused() -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.tool import MOVING, ToolState
-from pickcli.collision.motion_segment import Mode
+from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures
 from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
@@ -85,7 +85,16 @@ def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -
 
 def _cost(problem: PickProblem, f: GraspMotion) -> float:
     """Estimate the seconds from the pre-approach to the end of the retreat, plus the grasp's penalties."""
-    space, worth = problem.context.space, problem.context.settings.load_worth
-    segments = (*f.inward, *f.outward)
-    duration = float(sum(estimated_duration(space, segment.waypoints) for segment in segments))
+    worth = problem.context.settings.load_worth
+    duration = sum(_duration(problem, segment) for segment in (*f.inward, *f.outward))
     return duration + SCORE_COST * f.grasp.score + worth * f.grasp.load_ratio
+
+
+def _duration(problem: PickProblem, segment: MotionSegment) -> float:
+    """Estimate the seconds of a straight line, by the joints and by the limit of the tool's speed."""
+    context, limit = problem.context, segment.limits.max_tool_speed
+    by_joints = estimated_duration(context.space, segment.waypoints)
+    if limit is None:
+        return by_joints
+    ends = context.arm.tips(segment.waypoints[[0, -1]], segment.mode.tool_state)
+    return max(by_joints, float(np.linalg.norm(ends[1, :3, 3] - ends[0, :3, 3])) / limit)
