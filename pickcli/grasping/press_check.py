@@ -40,6 +40,7 @@ MOST_SPEED = 0.8  # of the speed at which a cup throws the item over
 REBOUND = 2.0  # times the cup's speed: speed at which an item leaves undamped bellows
 MOST_FRICTION = 1.1  # of an item on its support: cardboard, plastic and cloth on board have 0.25 to 0.5
 SLOWEST = 0.05  # of the tool's contact speed: a grasp that throws the item over even at that is rejected
+ON_A_POINT = 0.5  # of the tool's contact speed: for an item that is seen to stand on no area at all
 LEVEL = np.cos(np.radians(10.0))  # of the angle to the vertical, up to which an item stands on a side
 NO_ARM = 1e-6  # m
 LENGTH_ROUNDING = 1e-6  # m, shorter edges are points
@@ -57,7 +58,7 @@ def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | N
     A cup from above must not tip it at all: a tipped end rises towards the lance, and hardly any tipped face
     seals. An item that can roll is not limited by its balance: it rolls wherever the cup meets it. An item
     that would not stand by its weight at its stated pose is held by something unknown; if its centre is over
-    its footing, so must be the press.
+    its footing, so must be the press. One that is seen to stand on a point or a line is met at half speed.
 
     Args:
         contacts: The scene, the target in it, and its support.
@@ -74,7 +75,7 @@ def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | N
         return None if _tips_below(contacts, tool, grasp) else fastest
     press = _press(contacts, tool, grasp)
     if press is None:
-        return fastest
+        return fastest if len(_least_footing(contacts).edges) else ON_A_POINT * fastest
     speed = MOST_SPEED * press.throwing_speed
     is_tipped = press.tilt > MAX_TILT_SHARE * press.balance or speed < SLOWEST * fastest
     if not is_tipped:

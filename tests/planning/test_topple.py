@@ -143,7 +143,8 @@ def test_it_comes_in_presses_turns_with_the_item_and_leaves_upwards() -> None:
     press = tips[0][1] - tips[0][0]
     top = scene.find(ERASER).T_world_item[2, 3] + 0.027
     assert np.hypot(*press[:2]) < 1e-3 and tips[0][0][2] > top > tips[0][1][2]
-    assert top - tips[0][1][2] == pytest.approx(CRATES.robot.tool.cup.stroke / 2, abs=5e-4)
+    # Where the press ends its corner is rounded, by a fraction of a millimetre.
+    assert top - tips[0][1][2] == pytest.approx(CRATES.robot.tool.cup.stroke / 2, abs=6e-4)
     assert all(b[0] < a[0] - 0.005 for a, b in tips[1:])  # away from the wall
     world, now = played(scene, plan)
     assert abs(height_of_face(now.find(ERASER), "+z")) > 0.95
