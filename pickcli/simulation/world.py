@@ -156,11 +156,40 @@ class World:
             q: (n,) its configuration.
             tool_state: State of its tool.
         """
+        self.scene, self.robot = replace(self.scene, cell=cell), cell.robot
+        self._remount(q, tool_state)
+
+    def bring_in(self, placed: PlacedItem) -> None:
+        """Add an item that comes into the cell, at rest, while the arm is at rest and holds nothing.
+
+        Time, other items and the log of contacts continue; the valve is closed.
+
+        Args:
+            placed: The item, of an id that no item of the scene has.
+        """
+        self.scene = replace(self.scene, items=(*self.scene.items, placed))
+        alone = replace(self.scene, items=(placed,))
+        add_items(self.engine, alone, true_masses(alone, self.reality, self.seed))
+        self._positions[placed.id], self._looks_at_rest[placed.id] = placed.T_world_item[:3, 3], 0
+        self._remount(self.q.copy(), self.tool_state)
+
+    def take_out(self, item_id: str) -> None:
+        """Take an item out of the world, as by hand, while the arm is at rest and does not hold it.
+
+        Args:
+            item_id: Id of the item.
+        """
+        self.scene = replace(self.scene, items=tuple(p for p in self.scene.items if p.id != item_id))
+        self.engine.remove(item_id)
+        del self._positions[item_id], self._looks_at_rest[item_id]
+        self._remount(self.q.copy(), self.tool_state)
+
+    def _remount(self, q: Array, tool_state: ToolState) -> None:
+        """Replace the robot, and all that knows its links and the items."""
         self.engine.remove(ROBOT)
         # pybullet keeps inverse dynamics by a body's address, also for the next body at that address.
         self._model.close()
         self._model = Engine(self.time_step)
-        self.scene, self.robot = replace(self.scene, cell=cell), cell.robot
         self._mount(q, tool_state, self.contacts.collisions)
 
     def _mount(self, q: Array, tool_state: ToolState, earlier: tuple[Collision, ...] = ()) -> None:
