@@ -43,7 +43,7 @@ def command(
     from pickcli.errors import NoPlanError
     from pickcli.palletizing.drop_test import what_stands
     from pickcli.palletizing.pallet_order_file import read_pallet_order
-    from pickcli.palletizing.pallet_stack_file import stack_to_dict, write_pallet_stack
+    from pickcli.palletizing.pallet_stack_file import StackedPallet, stack_to_dict, write_pallet_stack
     from pickcli.palletizing.stacking import stack_all, stack_as_they_come
 
     if look_ahead and not online:
@@ -56,7 +56,7 @@ def command(
         stack, tested = what_stands(stack)
     write_pallet_stack(output, stack, tested, overwrite)
     if as_json:
-        written = stack_to_dict(stack, tested)
+        written = stack_to_dict(StackedPallet.of(stack, tested))
         figures = {"placed": len(stack.placements), "of": len(order.cartons), "fill": stack.fill}
         emit_json({"path": str(output), **figures, **{key: written[key] for key in ("left", "drop_test")}})
     told = f"{_text(stack, tested)}: {output}"

@@ -26,6 +26,7 @@ MOST_BORNE = 1e5  # kg
 Mass = Annotated[float, Field(ge=0.01, le=1000)]
 Bears = Annotated[float, Field(gt=0, le=MOST_BORNE)]
 Side = Annotated[float, Field(ge=0.01, le=10)]  # m: the engine takes a millimetre off
+Edge = Annotated[float, Field(ge=0, le=0.1)]  # m
 
 
 class PalletModel(FileModel):
@@ -41,6 +42,7 @@ class PalletModel(FileModel):
     walls: Annotated[tuple[Literal["-x", "+x", "-y", "+y"], ...], Len(0, 4)] | None = Field(
         None, description="sides with a wall, up to the height"
     )
+    edge: Edge | None = Field(None, description="m to edges without a wall")
 
     def pallet(self, source: Source) -> Pallet:
         """Return the pallet.
@@ -173,6 +175,7 @@ def _note(source: Source, at: Key, carton: CartonModel, pallet: Pallet, clearanc
     if short > room[0] or long > room[1]:
         deck = " x ".join(f"{side:g}" for side in pallet.size)
         walled = f" with {clearance:g} m to its walls" if pallet.walls else ""
+        walled += f" with {pallet.edge:g} m to its edges" if pallet.edge else ""
         source.add(
             (*at, "size"), f"{carton.id} is {long:g} x {short:g} m, larger than the pallet, {deck} m{walled}"
         )
