@@ -16,6 +16,7 @@ from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_optio
 from pickcli.errors import InputError, RejectedError, TrialAbortedError
 
 if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
     from pickcli.palletizing.pallet_stack_file import StackedPallet
     from pickcli.scene.scene import PoseNoise
     from pickcli.trial.pallet_result import PalletTrialResult
@@ -91,7 +92,7 @@ def play_pallet_file(
     workcell = load_workcell(options.cell_name if is_stated("cell_name") else CELL, options.items_path)
     cell, digest = workcell.preferred, hashlib.sha256(path.read_bytes()).hexdigest()
     _ = cell.home  # refused before any work if the cell has none
-    stack = _stack(path, seed)
+    stack = _stack(path, cell, seed)
     try:
         station = PalletStation.of(cell, stack)
     except InputError as error:
@@ -115,22 +116,24 @@ def play_pallet_file(
         raise TrialAbortedError(f"{counts}; see trial.json")
 
 
-def _stack(path: Path, seed: int) -> StackedPallet:
+def _stack(path: Path, cell: Cell, seed: int) -> StackedPallet:
     """Read a stack, or plan that of an order. Raises RejectedError if the verifier finds a fault."""
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import STACKED
+    from pickcli.palletizing.arm_sequence import seen_from
     from pickcli.palletizing.drop_test import what_stands
     from pickcli.palletizing.pallet_order_file import read_pallet_order
     from pickcli.palletizing.pallet_stack_file import StackedPallet, read_pallet_stack
     from pickcli.palletizing.stack_verification import verify_stack
     from pickcli.palletizing.stacking import stack_all
+    from pickcli.trial.pallet_station import side_of_arm
 
     if read_kind(path) is STACKED:
         stack = read_pallet_stack(path)
     else:
         order = read_pallet_order(path)
         with stage("stacking"):
-            stack = StackedPallet.of(*what_stands(stack_all(order, seed)))
+            stack = StackedPallet.of(*what_stands(seen_from(stack_all(order, seed), side_of_arm(cell))))
     if reasons := verify_stack(stack).reasons:
         raise RejectedError(str(path), reasons)
     return stack

@@ -83,11 +83,13 @@ class PalletOrder:
         pallet: The pallet.
         cartons: What is to be stacked, in the sequence in which it comes.
         clearance: m that a carton keeps from others beside it as it comes down.
+        fall: m that it may fall onto others as it is let go, without turning over their edges.
     """
 
     pallet: Pallet
     cartons: tuple[Carton, ...]
     clearance: float = CLEARANCE
+    fall: float = 0.0
 
 
 def least_contact(clearance: float) -> float:
@@ -100,3 +102,18 @@ def least_contact(clearance: float) -> float:
         m.
     """
     return max(clearance, LEAST_CONTACT)
+
+
+def least_margin(fall: float, height: float) -> float:
+    """Return how far a carton's middle must be inside of what bears it, for a fall not to turn it over.
+
+    All energy of the fall goes into a turn about the nearest edge, which lifts the middle of the carton.
+
+    Args:
+        fall: m.
+        height: m, of the carton.
+
+    Returns:
+        m, seen from above.
+    """
+    return float(np.sqrt(fall * (fall + height)))

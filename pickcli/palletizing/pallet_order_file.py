@@ -27,6 +27,7 @@ Mass = Annotated[float, Field(ge=0.01, le=1000)]
 Bears = Annotated[float, Field(gt=0, le=MOST_BORNE)]
 Side = Annotated[float, Field(ge=0.01, le=10)]  # m: the engine takes a millimetre off
 Edge = Annotated[float, Field(ge=0, le=0.1)]  # m
+Fall = Annotated[float, Field(ge=0, le=0.02)]  # m
 
 
 class PalletModel(FileModel):
@@ -105,6 +106,7 @@ class PalletOrderModel(FileModel):
     clearance: Annotated[float, Field(ge=0, le=0.1)] = Field(
         CLEARANCE, description="m between cartons beside each other"
     )
+    fall: Fall = Field(0.0, description="m that a carton may fall onto others as it is let go")
     cartons: Annotated[list[CartonModel], Field(min_length=1, max_length=MOST_CARTONS)] = Field(
         description="what is to be stacked, in the sequence in which it comes"
     )
@@ -140,7 +142,7 @@ def read_pallet_order(path: Path) -> PalletOrder:
         if n > 1:
             source.add(("cartons",), f"{n} cartons are called {name}; give each a name of its own")
     source.check()
-    return PalletOrder(pallet, cartons, model.clearance)
+    return PalletOrder(pallet, cartons, model.clearance, model.fall)
 
 
 def write_pallet_order(path: Path, order: PalletOrder, replace: bool = True) -> None:
@@ -163,6 +165,7 @@ def write_pallet_order(path: Path, order: PalletOrder, replace: bool = True) -> 
         "version": 1,
         "pallet": asdict(order.pallet),
         "clearance": order.clearance,
+        "fall": order.fall,
         "cartons": cartons,
     }
     write_text(path, json.dumps(told, indent=1) + "\n", replace)

@@ -20,7 +20,7 @@ from pickcli.files.source import Source
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.palletizing.drop_test import DropTest
 from pickcli.palletizing.pallet_order import Carton, Pallet
-from pickcli.palletizing.pallet_order_file import MOST_BORNE, MOST_CARTONS, Bears, Edge, Mass, Side
+from pickcli.palletizing.pallet_order_file import MOST_BORNE, MOST_CARTONS, Bears, Edge, Fall, Mass, Side
 from pickcli.palletizing.pallet_stack import PalletStack, Placement, loads_on
 
 DECIMALS = 6  # of lengths, in m
@@ -40,6 +40,7 @@ class StackedPallet:
         left: Reasons against the cartons that have no place, by id.
         sinking: m, most that a carton moved in height in the engine.
         shift: m, most sideways.
+        fall: m that a carton may fall onto others as it is let go.
     """
 
     pallet: Pallet
@@ -49,6 +50,7 @@ class StackedPallet:
     left: Mapping[str, tuple[str, ...]]
     sinking: float
     shift: float
+    fall: float = 0.0
 
     @classmethod
     def of(cls, stack: PalletStack, tested: DropTest) -> StackedPallet:
@@ -71,6 +73,7 @@ class StackedPallet:
             left,
             tested.sinking,
             tested.shift,
+            order.fall,
         )
 
     @property
@@ -135,6 +138,7 @@ class _Stack(FileModel):
     version: Literal[1]
     pallet: _Pallet
     clearance: Annotated[float, Field(ge=0, le=0.1)]
+    fall: Fall = 0.0
     placements: Annotated[tuple[_Placed, ...], Len(0, MOST_CARTONS)]
     left: Annotated[tuple[_Left, ...], Len(0, MOST_CARTONS)]
     drop_test: _DropTest
@@ -160,8 +164,9 @@ def read_pallet_stack(path: Path) -> StackedPallet:
     left = {each.id: each.reasons for each in model.left}
     tested = model.drop_test
     return StackedPallet(
-        model.pallet.pallet, model.clearance, placements, loads, left, tested.sinking_m, tested.shift_m
-    )
+        model.pallet.pallet, model.clearance, placements, loads, left, tested.sinking_m, tested.shift_m,
+        model.fall,
+    )  # fmt: skip
 
 
 def _check_names(source: Source, model: _Stack) -> None:
@@ -219,6 +224,7 @@ def stack_to_dict(stack: StackedPallet) -> dict[str, Any]:
         "version": 1,
         "pallet": asdict(stack.pallet),
         "clearance": stack.clearance,
+        "fall": stack.fall,
         "placements": [_placement(p, stack.loads[p.carton.id]) for p in stack.placements],
         "left": [{"id": name, "reasons": list(reasons)} for name, reasons in stack.left.items()],
         "drop_test": {

@@ -134,6 +134,8 @@ class PickProblem:
             high, instead of from between the walls.
         at: Where the target is to stand in its destination; None for a free place that is searched.
         rise: m by which ways out of a place that is open above lead on upwards, over what stands beside.
+        level_with: Ids of the items whose upper sides are level with the lower side of the target, as that
+            is set down on them or close to their edges: it may touch them.
     """
 
     context: PlanningContext
@@ -148,6 +150,7 @@ class PickProblem:
     over_rim: bool = False
     at: StatedPlace | None = None
     rise: float = 0.0
+    level_with: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
@@ -173,12 +176,15 @@ class PickProblem:
         place, destination = places[query.out_of], places[query.into]
         return cls(context, scene, place, target, destination, query.neighbours, seed, at=query.at)
 
-    def back_from(self, placed: PlacedItem, rise: float = 0.0) -> PickProblem:
+    def back_from(
+        self, placed: PlacedItem, rise: float = 0.0, level_with: frozenset[str] = frozenset()
+    ) -> PickProblem:
         """Return the pick that would undo this one.
 
         Args:
             placed: The target as set down at the destination.
             rise: m by which its ways out lead on upwards, over what stands beside.
+            level_with: Ids of the items that it is set down on, or close to.
 
         Returns:
             The pick of the target from there back to its current place.
@@ -188,7 +194,7 @@ class PickProblem:
         neighbours = Neighbours.AVOID if self.neighbours is Neighbours.PUSH else self.neighbours
         return replace(
             self, scene=moved, place=self.destination, target=placed, destination=self.place,
-            neighbours=neighbours, shift=None, at=None, rise=rise,
+            neighbours=neighbours, shift=None, at=None, rise=rise, level_with=level_with,
         )  # fmt: skip
 
     @property

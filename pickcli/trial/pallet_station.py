@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,12 +55,7 @@ class PalletStation:
             InputError: The cell has no pallet or infeed, or another pallet than the stack; or it cannot take
                 some of the cartons: with every one of them, and why.
         """
-        for name in (PALLET, INFEED):
-            if name not in cell.places:
-                raise InputError(
-                    f"{cell.path / 'cell.yaml'}: has no place called {name}; name a cell that stacks pallets "
-                    "with --cell, such as pallet_sia20 (docs/formats/cell.md)"
-                )
+        _refuse_without_places(cell)
         _refuse_other_pallet(cell, stack)
         flow = pump_flow(cell.devices.values())
         items = {p.carton.id: carton_item(p.carton).under_pump(flow) for p in stack.placements}
@@ -72,6 +67,19 @@ class PalletStation:
             )
         known = {(item.name, item.year): item for item in items.values()}
         return cls(replace(cell, items=cell.items | known), items)
+
+    @staticmethod
+    def stated(placement: Placement) -> StatedPlace:
+        """Return the planned place of a carton, in the frame of the pallet.
+
+        Args:
+            placement: Its placement in the stack.
+
+        Returns:
+            The place.
+        """
+        x, y, z = placement.centre.tolist()
+        return StatedPlace(x, y, z, np.pi / 2 if placement.is_turned else 0.0)
 
     @property
     def pallet(self) -> Place:
@@ -102,26 +110,56 @@ class PalletStation:
         T = self.cell.T_world_place(infeed) @ StatedPlace(0.0, 0.0, carton.size[2] / 2).T_place_item
         return PlacedItem(carton.id, self.items[carton.id], INFEED, T)
 
-    def stated(self, placement: Placement, scene: Scene) -> StatedPlace:
-        """Return where a carton is to stand: as planned, but as high as what bears it truly reaches.
+    def standing(self, seen: Scene, heights: Mapping[str, float]) -> Scene:
+        """Return what is perceived, corrected by what is known: cartons stand level, at planned heights.
 
         Args:
-            placement: Its planned place.
-            scene: What stands on the pallet, as perceived.
+            seen: Poses as perceived.
+            heights: m of the middle of each carton over the floor of its place, as it stands there.
 
         Returns:
-            The place, in the frame of the pallet.
+            The scene; a carton that is seen farther from its height than errors explain stays as it is seen.
         """
-        T_pallet_world = inverse(scene.T_world_place(self.pallet))
-        bearing = [placed for placed in scene.items if placed.id in placement.rests_on]
-        poses = [T_pallet_world @ placed.T_world_item for placed in bearing]
-        tops = [
-            float(T[2, 3] + placed.item.shape.reach(T[:3, :3])[2])
-            for placed, T in zip(bearing, poses, strict=True)
-        ]
-        x, y, _ = placement.centre.tolist()
-        z = max(tops, default=0.0) + placement.carton.size[2] / 2
-        return StatedPlace(x, y, z, np.pi / 2 if placement.is_turned else 0.0)
+        return replace(
+            seen, items=tuple(self._stood(seen, placed, heights[placed.id]) for placed in seen.items)
+        )
+
+    def _stood(self, seen: Scene, placed: PlacedItem, height: float) -> PlacedItem:
+        T_world_place = seen.T_world_place(self.cell.places[placed.location])
+        T = inverse(T_world_place) @ placed.T_world_item
+        if abs(T[2, 3] - height) > seen.bound(placed):
+            return placed
+        x, y, yaw = float(T[0, 3]), float(T[1, 3]), float(np.arctan2(T[1, 0], T[0, 0]))
+        return replace(placed, T_world_item=T_world_place @ StatedPlace(x, y, height, yaw).T_place_item)
+
+
+def side_of_arm(cell: Cell) -> str:
+    """Return the side of the pallet beside which the arm of a cell stands.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        One of -x, +x, -y and +y, in the frame of the pallet.
+
+    Raises:
+        InputError: The cell has no pallet or infeed.
+    """
+    _refuse_without_places(cell)
+    place = cell.places[PALLET]
+    shoulder = (inverse(cell.T_world_place(place)) @ [*cell.robot.shoulder, 1.0])[:2] / place.room.size[:2]
+    axis = int(np.argmax(np.abs(shoulder)))
+    return ("-" if shoulder[axis] < 0.0 else "+") + "xy"[axis]
+
+
+def _refuse_without_places(cell: Cell) -> None:
+    """Raise InputError if a cell has no pallet or no infeed."""
+    for name in (PALLET, INFEED):
+        if name not in cell.places:
+            raise InputError(
+                f"{cell.path / 'cell.yaml'}: has no place called {name}; name a cell that stacks pallets "
+                "with --cell, such as pallet_sia20 (docs/formats/cell.md)"
+            )
 
 
 def _refuse_other_pallet(cell: Cell, stack: StackedPallet) -> None:

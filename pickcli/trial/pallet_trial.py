@@ -175,8 +175,11 @@ class _PalletTrial:
         """Plan to put up a carton among what is perceived; remember why not."""
         self.look += 1
         request, world = self.request, self.world
-        seen = perceive(world.now(), request.noise, request.seed, self.look, request.reality)
-        query = PickQuery(INFEED, placement.carton.id, PALLET, at=self.station.stated(placement, seen))
+        looked = perceive(world.now(), request.noise, request.seed, self.look, request.reality)
+        heights = {name: float(other.centre[2]) for name, other in self.put.items()}
+        heights[placement.carton.id] = placement.carton.size[2] / 2
+        seen = self.station.standing(looked, heights)
+        query = PickQuery(INFEED, placement.carton.id, PALLET, at=self.station.stated(placement))
         certifier = Certifier(verify)
         world.wait(QUERY_CHARGE)
         began = time.perf_counter()

@@ -16,7 +16,8 @@ from pickcli.planning.stages.floor_placements import HOVER
 from pickcli.planning.stages.stacked_placements import all_stay
 from pickcli.scene.scene import PlacedItem
 
-NEARLY_BELOW = 0.01  # m over or under its lower side, within which another's top counts as what bears it
+LEVEL = 0.01  # m over or under its lower side, within which another's upper side counts as level with that
+CLOSE = 0.03  # m seen from above, within which it may touch what is level with its lower side
 BESIDE = 0.15  # m seen from above, within which it comes down beside others, from over their tops
 ABOVE = 0.02  # m over their tops, where the straight line down begins
 UP = np.array([0.0, 0.0, 1.0])
@@ -37,11 +38,14 @@ def pick_from_stated_place(problem: PickProblem, at: StatedPlace) -> PickProblem
     """
     scene, place = problem.scene, problem.destination
     T = scene.T_world_place(place) @ at.T_place_item
-    bearing = [other for other in _others(problem) if _bears(other, problem.target, T)]
-    error = scene.bound(problem.target) + max((scene.bound(other) for other in bearing), default=0.0)
+    level = [other for other in _others(problem) if _is_level(other, problem.target, T)]
+    error = scene.bound(problem.target) + max((scene.bound(other) for other in level), default=0.0)
     T[:3, 3] += (error + HOVER) * UP
-    placed = replace(problem.target, location=place.name, T_world_item=T)
-    touched = while_resting_on((*place.support, *(other.id for other in bearing)), placed.id)
+    placed, names = (
+        replace(problem.target, location=place.name, T_world_item=T),
+        [other.id for other in level],
+    )
+    touched = while_resting_on((*place.support, *names), placed.id)
     free = FreeItem(placed.item, T, scene.T_world_place(place)[:3, :3], scene.bound(problem.target))
     flying = FreeItemChecker(problem.context.model, scene, free, touched)
     if not flying.is_valid(np.zeros(6)):
@@ -49,7 +53,7 @@ def pick_from_stated_place(problem: PickProblem, at: StatedPlace) -> PickProblem
         return Failures.of(Reason("the stated place is not free", place.name, why.detail, why.in_the_way))
     if not all_stay(scene, placed):
         return Failures.of(Reason("would fall over", place.name, f"{placed.id} at {at}, or what bears it"))
-    return problem.back_from(placed, rise=_rise(problem, placed))
+    return problem.back_from(placed, _rise(problem, placed), frozenset(names))
 
 
 def _others(problem: PickProblem) -> Iterator[PlacedItem]:
@@ -57,11 +61,10 @@ def _others(problem: PickProblem) -> Iterator[PlacedItem]:
     return (other for other in here if other.id != problem.target.id)
 
 
-def _bears(other: PlacedItem, target: PlacedItem, T: Array) -> bool:
-    """Whether an item may bear another that stands at a pose (4, 4)."""
+def _is_level(other: PlacedItem, target: PlacedItem, T: Array) -> bool:
+    """Whether an item is level with the lower side of another at a pose (4, 4), below it or close to it."""
     below, above = _box(other, other.T_world_item), _box(target, T)
-    is_below = abs(float(below[1][2] - above[0][2])) <= NEARLY_BELOW
-    return is_below and _gap(below, above) < 0.0
+    return abs(float(below[1][2] - above[0][2])) <= LEVEL and _gap(below, above) < CLOSE
 
 
 def _rise(problem: PickProblem, placed: PlacedItem) -> float:
