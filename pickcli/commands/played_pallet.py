@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pickcli.trial.pallet_result import PalletTrialResult
 
 CELL = "pallet_sia20"  # unless --cell names another
+HOW_TO = "docs/how-to/stack-a-pallet.md"
 FEW = 8  # reasons that are printed
 OF_ORDERS = (
     "strategy_name",
@@ -98,6 +99,8 @@ def play_pallet_file(
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     noise, reality = _noise(options), read_reality(options.reality_path)
+    if tight := station.shortfalls(stack, noise):
+        click.echo(f"note: {'; '.join(tight)}: some cartons may be left; see {HOW_TO}", err=True)
     request = PalletTrialRequest(stack, noise, reality, seed)
     (context,) = options.planning_contexts([station.cell])
     with stage("trial"), progress("playing") as report:

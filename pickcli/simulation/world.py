@@ -16,7 +16,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
-from pickcli.geometry import Array
+from pickcli.geometry import GRAVITY, Array
 from pickcli.scene.colours import static_colour
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.collision_filter import CollisionFilter
@@ -304,7 +304,8 @@ class World:
         points += [point for point in self.grip.contact_points if point.b not in self._filter.let_go_through]
         if self.held is not None and not self.planned.is_meeting:
             points += self.engine.contact_points(self.held)
-        self.contacts.update(points, self.planned, self.held, self.t)
+        weight = 0.0 if self.held is None else GRAVITY * self.engine.mass(self.held)
+        self.contacts.update(points, self.planned, self.held, self.t, weight)
 
     def _look_at_items(self) -> None:
         """Put items at rest to sleep, as each awake one costs 50 us per step; fix items that fell off.

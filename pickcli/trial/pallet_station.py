@@ -12,6 +12,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.device import pump_flow
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
+from pickcli.collision.free_flyer import LINE_FOLLOWING_RESERVE
 from pickcli.errors import InputError
 from pickcli.geometry import inverse, pose
 from pickcli.grasping.method_choice import grasp_method
@@ -21,10 +22,12 @@ from pickcli.palletizing.pallet_stack import Placement
 from pickcli.palletizing.pallet_stack_file import StackedPallet
 from pickcli.planning.pick_problem import StatedPlace
 from pickcli.planning.pick_settings import DEFAULTS
+from pickcli.planning.stages.floor_placements import HOVER
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 PALLET, INFEED = "pallet", "infeed"  # places of such a cell
 ITEM_NAME = re.compile(r"[a-z0-9_]+")
+SET_DOWN_OFF = 0.002  # m by which cartons are set down beside their places, at worst about
 POINTING_DOWN = np.diag([1.0, -1.0, -1.0])  # (3, 3) of the tool frame
 
 
@@ -109,6 +112,31 @@ class PalletStation:
         infeed = self.cell.places[INFEED]
         T = self.cell.T_world_place(infeed) @ StatedPlace(0.0, 0.0, carton.size[2] / 2).T_place_item
         return PlacedItem(carton.id, self.items[carton.id], INFEED, T)
+
+    def shortfalls(self, stack: StackedPallet, noise: PoseNoise) -> tuple[str, ...]:
+        """Say by what a stack may be too tight for the arm, so that some of its cartons are left.
+
+        Args:
+            stack: The stack.
+            noise: Bounds of the errors of perceived poses.
+
+        Returns:
+            For each key of its order that is less than the arm may need: name, value and need, in mm.
+        """
+        bound = max((noise.bound(item) for item in self.items.values()), default=0.0)
+        needed = {
+            "clearance": (
+                stack.clearance,
+                self.cell.clearance + LINE_FOLLOWING_RESERVE + 2 * bound + SET_DOWN_OFF,
+            ),
+            "pallet.edge": (stack.pallet.edge, SET_DOWN_OFF),
+            "fall": (stack.fall, HOVER + 2 * bound),
+        }
+        return tuple(
+            f"{name} is {1e3 * has:.3g} mm, {1e3 * need:.2g} may be needed"
+            for name, (has, need) in needed.items()
+            if has < need
+        )
 
     def standing(self, seen: Scene, heights: Mapping[str, float]) -> Scene:
         """Return what is perceived, corrected by what is known: cartons stand level, at planned heights.
