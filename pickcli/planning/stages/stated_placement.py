@@ -39,6 +39,8 @@ def pick_from_stated_place(problem: PickProblem, at: StatedPlace) -> PickProblem
     scene, place = problem.scene, problem.destination
     T = scene.T_world_place(place) @ at.T_place_item
     level = [other for other in _others(problem) if _is_level(other, problem.target, T)]
+    if against := tuple(_against(problem, at, T, level)):
+        return Failures(against)
     error = scene.bound(problem.target) + max((scene.bound(other) for other in level), default=0.0)
     T[:3, 3] += (error + HOVER) * UP
     placed, names = (
@@ -54,6 +56,20 @@ def pick_from_stated_place(problem: PickProblem, at: StatedPlace) -> PickProblem
     if not all_stay(scene, placed):
         return Failures.of(Reason("would fall over", place.name, f"{placed.id} at {at}, or what bears it"))
     return problem.back_from(placed, _rise(problem, placed), frozenset(names))
+
+
+def _against(problem: PickProblem, at: StatedPlace, T: Array, level: list[PlacedItem]) -> Iterator[Reason]:
+    """Yield the reasons against a pose (4, 4) that do not depend on what is beside it."""
+    place, T_place_item = problem.destination, at.T_place_item
+    reach = problem.target.item.shape.reach(T_place_item[:3, :3])
+    low, high, room = T_place_item[:3, 3] - reach, T_place_item[:3, 3] + reach, place.room
+    beyond = float(np.maximum(high[:2] - room.high[:2], room.low[:2] - low[:2]).max())
+    if beyond > 0.0:
+        yield Reason("the stated place is over the edge", place.name, f"by {1e3 * beyond:.1f} mm")
+    own = _box(problem.target, T)
+    is_borne = any(_gap(_box(other, other.T_world_item), own) < 0.0 for other in level)
+    if not is_borne and low[2] - float(room.floor_at(T_place_item[0, 3])) > LEVEL:
+        yield Reason("nothing is below the stated place", place.name, f"{problem.target.id} at {at}")
 
 
 def _others(problem: PickProblem) -> Iterator[PlacedItem]:
