@@ -7,13 +7,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
+from pickcli.files.packed_array import unpacked
+from pickcli.page.page_scene import Tone
+from pickcli.page.pallet_trial_page import pallet_trial_page
 from pickcli.palletizing.pallet_stack_file import write_stacked_pallet
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.simulation.execution import Execution
 from pickcli.trial import pallet_trial
+from pickcli.trial.motion_record import read_motion
+from pickcli.trial.pallet_folder import write_pallet_folder
+from pickcli.trial.pallet_record import pallet_record
 from pickcli.trial.pallet_result import CartonOutcome
 from pickcli.trial.pallet_station import PalletStation
 from pickcli.trial.pallet_trial import PalletTrialRequest, PlayedPallet, play_pallet
@@ -91,6 +98,32 @@ def test_what_rests_on_a_carton_that_was_lost_is_left(monkeypatch: pytest.Monkey
     assert "aside" in result.cartons[0].reason
     assert result.cartons[2].reason.startswith("rests on low_")
     assert result.score == 0.0 and result.n_placed == 0
+
+
+def test_its_page_shows_each_carton_wait_come_and_stand(played: PlayedPallet, tmp_path: Path) -> None:
+    stack, own = stack_of(*CARTONS), station()
+    record = pallet_record(PalletTrialRequest(stack), own, played, "o.json", "0")
+    write_pallet_folder(tmp_path, stack, own, played, record)
+    page = pallet_trial_page(record, stack, own, read_motion(tmp_path / "motion.json.gz"))
+    assert page.motion is not None and page.clearance is not None
+    assert [chapter.tone for chapter in page.chapters] == [Tone.GOOD] * 3
+    infeed = own.cell.T_world_place(own.cell.places["infeed"])[:3, 3]
+    for track, each in zip(
+        page.motion.tracks, sorted(played.result.cartons, key=lambda c: c.carton), strict=True
+    ):
+        times, poses = unpacked(track.times), unpacked(track.poses)
+        came = next(k for k, row in enumerate(poses) if np.hypot(*(row[:2] - infeed[:2])) < 0.01)
+        assert track.item == each.carton and times[came] == pytest.approx(each.t_start, abs=0.05)
+        assert came == 0 or np.hypot(*(poses[0][:2] - infeed[:2])) > 0.9
+        end = next(placed for placed in played.after.items if placed.id == each.carton).T_world_item[:3, 3]
+        assert poses[-1][:3] == pytest.approx(end, abs=1e-3)
+    distances = unpacked(page.clearance.values)
+    assert distances.min() > -0.005
+    assert apc("show", tmp_path, "-o", tmp_path / "p.html").code == 0
+    (tmp_path / "trial.json").write_text(json.dumps(record | {"placed": 2}))
+    refused(apc("show", tmp_path, "-o", tmp_path / "q.html"), 4, "is the motion of another trial")
+    (tmp_path / "trial.json").write_text(json.dumps({k: v for k, v in record.items() if k != "cartons"}))
+    refused(apc("show", tmp_path, "-o", tmp_path / "q.html"), 3, "cartons missing")
 
 
 @pytest.mark.slow
