@@ -21,7 +21,7 @@ from pickcli.palletizing.arm_sequence import seen_from
 from pickcli.palletizing.drop_test import what_stands
 from pickcli.palletizing.pallet_order import CONTAINERS, PalletOrder
 from pickcli.palletizing.pallet_stack_file import StackedPallet
-from pickcli.palletizing.random_pallet_order import CartonSizes, random_pallet_order
+from pickcli.palletizing.random_pallet_order import CartonBounds, random_pallet_order
 from pickcli.palletizing.stack_verification import verify_stack
 from pickcli.palletizing.stacking import stack_all
 from pickcli.planning.planning_context import PlanningContext
@@ -110,7 +110,7 @@ def main() -> None:
     least, most = map(int, given.cartons.split(","))
     cell, noise = load_workcell(CELL).preferred, parse_noise(None, None, given.noise)
     pallet = replace(CONTAINERS["half_pallet"], height=HEIGHT, edge=EDGE)
-    sizes, figures = CartonSizes(longest=LONGEST, heaviest=given.heaviest), Figures()
+    sizes, figures = CartonBounds(longest=LONGEST, heaviest=given.heaviest), Figures()
     for seed in range(given.seed, given.seed + given.orders):
         n = int(np.random.default_rng(seed).integers(least, most + 1))
         order = replace(random_pallet_order(n, seed, pallet, sizes, CLEARANCE), fall=FALL)

@@ -49,14 +49,14 @@ def command(
     from pickcli.errors import UnknownNameError
     from pickcli.palletizing.pallet_order import CONTAINERS
     from pickcli.palletizing.pallet_order_file import write_pallet_order
-    from pickcli.palletizing.random_pallet_order import CartonSizes, random_pallet_order
+    from pickcli.palletizing.random_pallet_order import CartonBounds, random_pallet_order
 
     if container not in CONTAINERS:
         raise UnknownNameError("container", container, tuple(CONTAINERS), "--container")
     refuse_output(output, overwrite)
     pallet = replace(CONTAINERS[container], edge=edge)
     pallet = pallet if height is None else replace(pallet, height=height)
-    sizes = CartonSizes(longest=longest, heaviest=heaviest)
+    sizes = CartonBounds(longest=longest, heaviest=heaviest)
     order = replace(random_pallet_order(cartons, seed, pallet, sizes, clearance), fall=fall)
     write_pallet_order(output, order, overwrite)
     volume = sum(c.size[0] * c.size[1] * c.size[2] for c in order.cartons)

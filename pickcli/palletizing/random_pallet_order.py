@@ -21,7 +21,7 @@ BEARS = 12.0  # times its own mass that a carton bears
 
 
 @dataclass(frozen=True)
-class CartonSizes:
+class CartonBounds:
     """Bounds of what is drawn, by default those of BED-BPP.
 
     Attributes:
@@ -43,7 +43,7 @@ def random_pallet_order(
     n_cartons: int,
     seed: int,
     pallet: Pallet = EUR_PALLET,
-    sizes: CartonSizes = CartonSizes(),
+    sizes: CartonBounds = CartonBounds(),
     clearance: float = CLEARANCE,
 ) -> PalletOrder:
     """Draw an order.

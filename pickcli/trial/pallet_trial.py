@@ -202,7 +202,8 @@ class _PalletTrial:
         noted = self.recorder.begin(plan, world)
         run = execute(plan, world, on_progress=lambda progress: noted.note(world, progress))
         noted.t_end = carton.t_end = world.t
-        carton.attempts, carton.reason = carton.attempts + 1, run.trouble
+        carton.attempts += 1
+        carton.reason = "; then ".join(filter(None, (carton.reason, run.trouble)))
         self._count(run)
         if run.stop is None and world.held is None:
             self.arm = Start(world.q.copy(), world.tool_state)

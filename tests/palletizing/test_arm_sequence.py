@@ -12,7 +12,7 @@ from pickcli.palletizing.drop_test import DropTest
 from pickcli.palletizing.pallet_order import CONTAINERS, Carton, PalletOrder, least_margin
 from pickcli.palletizing.pallet_stack import PalletStack, Placement
 from pickcli.palletizing.pallet_stack_file import StackedPallet
-from pickcli.palletizing.random_pallet_order import CartonSizes, random_pallet_order
+from pickcli.palletizing.random_pallet_order import CartonBounds, random_pallet_order
 from pickcli.palletizing.stack_verification import verify_stack
 from pickcli.palletizing.stacking import stack_all
 from pickcli.palletizing.support_polygon import rectangle
@@ -22,7 +22,7 @@ STILL = DropTest(0.0, 0.0, ())
 
 def random_stack(seed: int) -> PalletStack:
     pallet = replace(CONTAINERS["half_pallet"], height=0.744, edge=0.01)
-    sizes = CartonSizes(longest=0.45, heaviest=10.0)
+    sizes = CartonBounds(longest=0.45, heaviest=10.0)
     return stack_all(replace(random_pallet_order(14, seed, pallet, sizes, 0.015), fall=0.006))
 
 
