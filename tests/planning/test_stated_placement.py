@@ -4,20 +4,26 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pickcli.cell.schemas.items_text import items_text
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
 from pickcli.motion.plan import Plan
+from pickcli.motion.plan_file import read_plan
+from pickcli.palletizing.carton_item import carton_item
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery, StatedPlace
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene_file import write_scene
 from pickcli.verification.release_check import check_release
 from pickcli.verification.verify import certifier
+from support.command_line import apc, misused, refused
 from support.pallet_stacks import CARTONS, station
 
 MILK = CARTONS[0]
@@ -124,3 +130,17 @@ def test_the_verifier_refuses_another_place_than_the_stated_one() -> None:
     changed = replace(plan, query=plan.query.replace("into pallet", "into infeed"))
     found = check_release(changed, scene, inverse(plan.grasp.T_item_tip))
     assert [r.what for r in found] == ["not set down as stated"]
+
+
+def test_a_place_is_stated_on_the_command_line(tmp_path: Path) -> None:
+    scene, items, out = tmp_path / "scene.json", tmp_path / "items.yaml", tmp_path / "plan.json"
+    write_scene(scene_with(), scene)
+    items.write_text(items_text([carton_item(MILK)]))
+    asked = ["plan-pick", "--scene", scene, "--items", items, "--bin", "infeed", "--item", MILK.id]
+    assert apc(*asked, "--into", "pallet", "--at=-100,50,100,90", "-o", out).code == 0
+    plan = read_plan(out)
+    assert plan.certificate is not None
+    assert plan.query == "pick milk_1 from infeed into pallet at -100.0,50.0,100.0 mm and 90.0 deg"
+    asked += ["--into", "pallet", "-o", tmp_path / "other.json", "--at"]
+    misused(apc(*asked, "100,50"), "expected X,Y,Z or X,Y,Z,DEG")
+    refused(apc(*asked, "390,50,100"), 5, "over the edge")
