@@ -28,6 +28,7 @@ from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 PALLET, INFEED = "pallet", "infeed"  # places of such a cell
 ITEM_NAME = re.compile(r"[a-z0-9_]+")
 SET_DOWN_OFF = 0.002  # m by which cartons are set down beside their places, at worst about
+NOMINAL = StatedPlace(0.0, 0.0, 0.0)
 POINTING_DOWN = np.diag([1.0, -1.0, -1.0])  # (3, 3) of the tool frame
 
 
@@ -100,17 +101,19 @@ class PalletStation:
         """
         return Scene(self.cell, self.cell.T_world_pod, (), PoseNoise(), seed)
 
-    def presented(self, carton: Carton) -> PlacedItem:
+    def presented(self, carton: Carton, off: StatedPlace = NOMINAL) -> PlacedItem:
         """Return a carton as it comes: on the middle of the infeed, its length along the x of that.
 
         Args:
             carton: The carton.
+            off: By how much it is beside the middle of the infeed, and turned.
 
         Returns:
-            The carton at its nominal pose.
+            The carton as it stands there.
         """
         infeed = self.cell.places[INFEED]
-        T = self.cell.T_world_place(infeed) @ StatedPlace(0.0, 0.0, carton.size[2] / 2).T_place_item
+        at = replace(off, z=carton.size[2] / 2)
+        T = self.cell.T_world_place(infeed) @ at.T_place_item
         return PlacedItem(carton.id, self.items[carton.id], INFEED, T)
 
     def shortfalls(self, stack: StackedPallet, noise: PoseNoise) -> tuple[str, ...]:

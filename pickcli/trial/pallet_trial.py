@@ -18,11 +18,12 @@ from pickcli.motion.plan import Plan
 from pickcli.palletizing.pallet_stack import Placement
 from pickcli.palletizing.pallet_stack_file import StackedPallet
 from pickcli.planning.pick import plan_pick
-from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_problem import PickQuery, StatedPlace
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.seeds import derived_rng
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.motion_recorder import MotionRecorder
@@ -36,6 +37,7 @@ from pickcli.verification.verify import verify
 
 QUERY_CHARGE = 0.3  # s for each query, in which the arm rests: what planning and verification take
 AFTERWARDS = 2.0  # s after the last carton, in which all of them are awake
+ARRIVES_OFF, ARRIVES_TURNED = 0.003, float(np.deg2rad(1.0))  # m and rad, at most: the infeed's stop has play
 SETTLING = 0.2  # s after which a carton that was set down is at rest
 RESET_TIME = 10.0  # s after a protective stop until the arm is at home again, by hand
 MOST_ATTEMPTS = 2  # at a carton that stays on the infeed
@@ -131,6 +133,10 @@ class _Decided:
     planning_ms: list[float] = field(default_factory=list)
     verifying_ms: list[float] = field(default_factory=list)
 
+    def note(self, reason: str) -> None:
+        """Add what went wrong, if anything did."""
+        self.reason = "; then ".join(filter(None, (self.reason, reason)))
+
 
 class _PalletTrial:
     """The state of a trial: the world, the arm, and the cartons that are decided."""
@@ -156,12 +162,14 @@ class _PalletTrial:
         if missing := [other for other in placement.rests_on if other not in self.put]:
             carton.reason = f"rests on {' and '.join(missing)}, which is not in its place"
             return
-        self.world.bring_in(self.station.presented(placement.carton))
-        while carton.attempts < MOST_ATTEMPTS and self.world.placed(name).location == INFEED:
+        self.world.bring_in(self.station.presented(placement.carton, self._arrival(name)))
+        while carton.attempts < MOST_ATTEMPTS and self._is_on_infeed(name):
             plan = self._planned(placement, carton)
             if plan is None:
                 break
             self._execute(plan, carton)
+        if not self._is_there(name):
+            return
         self.world.wait(SETTLING)
         at = self._off(placement)
         carton.at = at if carton.attempts else None
@@ -170,6 +178,17 @@ class _PalletTrial:
         else:
             carton.reason = carton.reason or f"it ended {at}"
             self.world.take_out(name)
+
+    def _arrival(self, name: str) -> StatedPlace:
+        """By how much a carton truly comes beside the middle of the infeed, and turned."""
+        x, y, turn = derived_rng("arrival", self.request.seed, name).uniform(-1.0, 1.0, 3)
+        return StatedPlace(ARRIVES_OFF * x, ARRIVES_OFF * y, 0.0, ARRIVES_TURNED * turn)
+
+    def _is_there(self, name: str) -> bool:
+        return any(placed.id == name for placed in self.world.scene.items)
+
+    def _is_on_infeed(self, name: str) -> bool:
+        return self._is_there(name) and self.world.placed(name).location == INFEED
 
     def _planned(self, placement: Placement, carton: _Decided) -> Plan | None:
         """Plan to put up a carton among what is perceived; remember why not."""
@@ -188,7 +207,7 @@ class _PalletTrial:
                 self.context, seen, query, self.arm, request.seed, certify=certifier.within(seen)
             )
         except NoPlanError as error:
-            carton.reason = str(error)
+            carton.note(str(error))
             return None
         finally:
             carton.planning_ms.append(1e3 * (time.perf_counter() - began - certifier.seconds))
@@ -197,17 +216,19 @@ class _PalletTrial:
         return plan
 
     def _execute(self, plan: Plan, carton: _Decided) -> None:
-        """Execute a plan; after a stop the arm is brought home by hand."""
+        """Execute a plan; after a stop the arm is brought home by hand, without what it holds."""
         world = self.world
         noted = self.recorder.begin(plan, world)
         run = execute(plan, world, on_progress=lambda progress: noted.note(world, progress))
         noted.t_end = carton.t_end = world.t
         carton.attempts += 1
-        carton.reason = "; then ".join(filter(None, (carton.reason, run.trouble)))
+        carton.note(run.trouble)
         self._count(run)
         if run.stop is None and world.held is None:
             self.arm = Start(world.q.copy(), world.tool_state)
             return
+        if world.held is not None:
+            world.take_out(world.held)
         world.let_move(self.station.cell, self.home.q, self.home.tool_state)
         world.wait(RESET_TIME)
         self.arm = self.home

@@ -16,6 +16,7 @@ from pickcli.page.page_scene import Tone
 from pickcli.page.pallet_trial_page import pallet_trial_page
 from pickcli.palletizing.pallet_stack_file import write_stacked_pallet
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.simulation import supervision
 from pickcli.simulation.execution import Execution
 from pickcli.trial import pallet_trial
 from pickcli.trial.motion_record import read_motion
@@ -98,6 +99,29 @@ def test_what_rests_on_a_carton_that_was_lost_is_left(monkeypatch: pytest.Monkey
     assert "aside" in result.cartons[0].reason
     assert result.cartons[2].reason.startswith("rests on low_")
     assert result.score == 0.0 and result.n_placed == 0
+
+
+def test_what_is_held_at_a_stop_is_taken_away_by_hand_and_the_arm_brought_home(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A supervisor that knows of no payload takes the weight of a carton for a contact."""
+    monkeypatch.setattr(supervision, "PAYLOAD_FACTOR", 0.0)
+    stack = stack_of(CARTONS[0])
+    own = PalletStation.of(pallet_cell(), stack)
+    trial = play_pallet(PalletTrialRequest(stack), own, PlanningContext(own.cell))
+    (carton,) = trial.result.cartons
+    assert carton.outcome is CartonOutcome.LOST and carton.attempts == 1 and trial.result.n_stops == 1
+    assert carton.reason.startswith("stopped in ") and "unexpected contact" in carton.reason
+    assert trial.after.items == () and trial.result.is_clean and not trial.result.has_collapsed
+    assert np.abs(trial.recorder.joints[-1] - own.cell.home.q).max() < 1e-3
+
+
+def test_cartons_come_a_little_off_the_middle_of_the_infeed_and_differently(played: PlayedPallet) -> None:
+    infeed = station().cell.T_world_place(station().cell.places["infeed"])
+    came = [placed for each in played.plans for placed in each.seen.items if placed.location == "infeed"]
+    off = [(placed.T_world_item - infeed)[:2, 3] for placed in came]
+    assert len(came) == 3 and len({tuple(each) for each in off}) == 3
+    assert all(1e-4 < np.abs(each).max() < pallet_trial.ARRIVES_OFF + 0.001 for each in off)
 
 
 def test_its_page_shows_each_carton_wait_come_and_stand(played: PlayedPallet, tmp_path: Path) -> None:
