@@ -29,7 +29,7 @@ from pickcli.trial.pallet_result import CartonOutcome, PalletTrialResult
 from pickcli.trial.pallet_station import PalletStation, side_of_arm
 from pickcli.trial.pallet_trial import PalletTrialRequest, PlayedPallet, play_pallet
 
-CELL, CLEARANCE, EDGE, FALL, HEIGHT, LONGEST = "pallet_sia20", 0.015, 0.01, 0.006, 0.744, 0.45
+CELL, CLEARANCE, EDGE, FALL, HEIGHT, LONGEST = "pallet_sia20", 0.015, 0.01, 0.006, 0.694, 0.45
 
 
 @dataclass

@@ -21,7 +21,7 @@ STILL = DropTest(0.0, 0.0, ())
 
 
 def random_stack(seed: int) -> PalletStack:
-    pallet = replace(CONTAINERS["half_pallet"], height=0.744, edge=0.01)
+    pallet = replace(CONTAINERS["half_pallet"], height=0.694, edge=0.01)
     sizes = CartonBounds(longest=0.45, heaviest=10.0)
     return stack_all(replace(random_pallet_order(14, seed, pallet, sizes, 0.015), fall=0.006))
 

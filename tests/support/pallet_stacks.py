@@ -14,7 +14,7 @@ from pickcli.palletizing.pallet_stack_file import StackedPallet
 from pickcli.palletizing.stacking import stack_all
 from pickcli.trial.pallet_station import PalletStation
 
-PALLET = replace(CONTAINERS["half_pallet"], height=0.744, edge=0.01)
+PALLET = replace(CONTAINERS["half_pallet"], height=0.694, edge=0.01)
 CARTONS = (
     Carton("milk_1", (0.3, 0.2, 0.2), 5.0, 30.0),
     Carton("milk_2", (0.3, 0.2, 0.2), 5.0, 30.0),

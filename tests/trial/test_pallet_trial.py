@@ -31,7 +31,7 @@ from support.pallet_stacks import CARTONS, LOW, PALLET, pallet_cell, stack_of, s
 ORDER: dict[str, Any] = {
     "format": "apc pallet",
     "version": 1,
-    "pallet": {"container": "half_pallet", "height": 0.744, "edge": 0.01},
+    "pallet": {"container": "half_pallet", "height": 0.694, "edge": 0.01},
     "clearance": 0.015,
     "fall": 0.006,
     "cartons": [
