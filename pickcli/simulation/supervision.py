@@ -78,10 +78,13 @@ class Supervisor:
         world: The measured world.
         arm: The robot's kinematics.
         thresholds: Thresholds of a stop.
+        p_tip_item: (3,) m, middle of the item that is to be held, in the tool frame; None for the tip itself.
     """
 
-    def __init__(self, world: World, arm: Arm, thresholds: Thresholds | None = None) -> None:
-        self._world, self._arm = world, arm
+    def __init__(
+        self, world: World, arm: Arm, thresholds: Thresholds | None = None, p_tip_item: Array | None = None
+    ) -> None:
+        self._world, self._arm, self._p_tip_item = world, arm, p_tip_item
         self._thresholds = thresholds or Thresholds()
         self._names = world.robot.joint_names
         self._is_linear = {j.name: j.type is JointType.PRISMATIC for j in world.robot.joints}
@@ -158,8 +161,10 @@ class Supervisor:
         if not (np.abs(unexplained) > limits).any():
             return None
         if force > 0.0:
-            reach = np.linalg.norm(self._arm.jacobian(self._world.q, self._tool_state())[:3], axis=0)
-            limits = limits + force * reach + self._inertia * self._acceleration
+            jacobian = self._arm.jacobian(self._world.q, self._tool_state())
+            reach = np.linalg.norm(jacobian[:3], axis=0)
+            limits = limits + force * reach + self._weight * self._farther(jacobian, reach)
+            limits = limits + self._inertia * self._acceleration
         worst = int(np.argmax(np.abs(unexplained) / limits))
         if abs(unexplained[worst]) <= limits[worst]:
             return None
@@ -167,6 +172,17 @@ class Supervisor:
         return self._stop(
             StopCause.CONTACT, self._names[worst], abs(unexplained[worst]), limits[worst], unit
         )  # fmt: skip
+
+    def _farther(self, jacobian: Array, reach: Array) -> Array:
+        """Return m by which the held item's middle is farther from the axes than the tip, where it is.
+
+        jacobian: (6, n) of the tip. reach: (n,) m, of the tip
+        """
+        if self._p_tip_item is None or self._weight == 0.0:
+            return np.zeros(len(reach))
+        lever = self._arm.tip(self._world.q, self._tool_state())[:3, :3] @ self._p_tip_item
+        at_item = jacobian[:3] + np.cross(jacobian[3:].T, lever).T
+        return np.asarray(np.maximum(np.linalg.norm(at_item, axis=0) - reach, 0.0))
 
     def _following(self, command: Array) -> ProtectiveStop | None:
         q = self._world.q

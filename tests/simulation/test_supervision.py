@@ -113,6 +113,25 @@ def test_a_box_in_the_way_stops_the_arm_by_its_motor_torque(cell: Cell) -> None:
     world.close()
 
 
+def test_a_heavy_item_that_is_held_off_its_middle_turns_the_last_joint_and_is_no_contact(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    cell, carton = station().cell, CARTONS[0]
+    home, item = cell.home, station().items[carton.id]
+    scene = replace(station().empty(0), items=(station().presented(carton),))
+    world = World(scene, home.q, home.tool_state)
+    swung = 1.5 * np.linalg.eigvalsh(item.inertia)[-1] * cell.robot.limits.acceleration[-1]
+    weight, least = 1.5 * 9.81 * item.mass, 0.06 * cell.robot.motor_forces["joint_t"]
+    holding = Segment(SegmentKind.TRANSFER, 0.0, 1.0, home.tool_state, carton.id)
+    for off, torque, is_stopped in ((0.0, 1.0, True), (0.06, -1e-3, False), (0.06, 1e-3, True)):
+        supervisor = Supervisor(world, Arm(cell.robot), p_tip_item=np.array([off, 0.0, 0.1]))
+        felt = np.zeros(cell.robot.n_joints)
+        felt[-1] = least + swung + weight * off + torque
+        monkeypatch.setattr(supervisor.external, "update", lambda *_, felt=felt: felt)
+        assert (supervisor.motion(home.q, holding) is not None) is is_stopped
+    world.close()
+
+
 def test_after_a_contact_no_joint_drives_on_while_another_still_brakes(cell: Cell) -> None:
     plan = fast_sweep(cell)
     world = world_with_box(cell, plan, ahead=0.3)
