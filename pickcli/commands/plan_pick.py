@@ -13,8 +13,10 @@ from pickcli.commands.plan_options import PickOptions, pick_options
 from pickcli.commands.scene_options import scene_or_cell_options
 from pickcli.commands.stated_pick import destination, refuse_impossible
 from pickcli.commands.stream_options import StreamOptions, plan_from_stream, stream_options
+from pickcli.errors import InputError
 
 if TYPE_CHECKING:
+    from pickcli.planning.pick_problem import StatedPlace
     from pickcli.scene.scene import Scene
 
 
@@ -26,14 +28,17 @@ if TYPE_CHECKING:
 @click.option("--pick", metavar="PLACE:ITEM", hidden=True)  # former spelling of --bin PLACE --item ITEM
 @click.option("--into", cls=RenamedOption, old=("--to",), metavar="PLACE",
               help="Destination: another place of the cell.  [default: tote]")  # fmt: skip
+@click.option("--at", metavar="X,Y,Z[,DEG]",
+              help="Where the item is to stand in a destination that is no open box: mm of its middle in the "
+                   "place's frame, and degrees to the left.")  # fmt: skip
 @click.option("--neighbours", type=click.Choice(["avoid", "push", "ignore"], case_sensitive=False),
               default="avoid", show_default=True,
               help="avoid other items in the place (Delft), push them aside on the way out of an open "
                    "box, or ignore them (KTH).")  # fmt: skip
 @pick_options
 def command(
-    bin_name: str | None, item: str | None, pick: str | None, into: str | None, neighbours: str,
-    request: StreamOptions, options: PickOptions,
+    bin_name: str | None, item: str | None, pick: str | None, into: str | None, at: str | None,
+    neighbours: str, request: StreamOptions, options: PickOptions,
 ) -> None:  # fmt: skip
     """Plan one pick: take an item, and bring it to the tote or to another place.
 
@@ -55,8 +60,9 @@ def command(
 
     request.refuse_scene(options.scene_path)
     if request.stream_path is not None:
-        if bin_name is not None or pick is not None or neighbours != Neighbours.AVOID:
-            raise click.UsageError("--bin and --neighbours are for scenes; leave them out with --stream")
+        is_of_scene = bin_name is not None or pick is not None or at is not None
+        if is_of_scene or neighbours != Neighbours.AVOID:
+            raise click.UsageError("--bin, --at and --neighbours are for scenes; leave them out")
         plan_from_stream(request, item, into, options)
         return
     if options.scene_path is None:
@@ -65,10 +71,29 @@ def command(
     scene.cell.require_places()
     out_of, item = _taken(pick, bin_name, item, scene)
     into = destination(scene, into, out_of)
-    query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
+    stated = None if at is None else _stated(at)
+    query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours), at=stated)
     out_of_option = "--bin" if pick is None else "--pick"
     refuse_impossible(scene, query, out_of_option=out_of_option, into_option="--into")
+    if stated is not None and scene.cell.places[into].is_open_box:
+        raise InputError(f"--at: into {into} items are dropped, wherever there is room; leave it out")
     plan_requested(scene, (query,), options)
+
+
+def _stated(text: str) -> StatedPlace:
+    """Return the place that an option states. Raises UsageError if it is not three or four numbers."""
+    import math
+
+    from pickcli.planning.pick_problem import StatedPlace
+
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (3, 4) or not all(map(math.isfinite, numbers)):
+        raise click.UsageError(f"--at: expected X,Y,Z or X,Y,Z,DEG in mm and degrees, got {text!r}")
+    x, y, z, turn = (*numbers, 0.0)[:4]
+    return StatedPlace(1e-3 * x, 1e-3 * y, 1e-3 * z, math.radians(turn))
 
 
 def _taken(pick: str | None, place: str | None, item: str | None, scene: Scene) -> tuple[str, str]:

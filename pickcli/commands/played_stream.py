@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.core import ParameterSource
 
 from pickcli.commands.arm_options import ArmRequest
 from pickcli.commands.command import emit_json
@@ -15,7 +14,7 @@ from pickcli.commands.logs import stage
 from pickcli.commands.options import refuse_reading
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.stream_options import StreamOptions
-from pickcli.commands.trial_options import TrialOptions
+from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_options_of_orders
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
@@ -24,8 +23,16 @@ if TYPE_CHECKING:
 RECORD = "trial.json"
 FEW = 8  # reasons that are printed
 OF_ORDERS = (
-    "strategy_name", "stow_rule", "pod_shift", "arm", "live", "live_port", "with_plans", "learn", "sift",
-)  # fmt: skip
+    "strategy_name",
+    "stow_rule",
+    "pod_shift",
+    "arm",
+    "live",
+    "live_port",
+    "with_plans",
+    "learn",
+    "sift",
+)
 
 
 def is_stream(path: Path) -> bool:
@@ -69,11 +76,12 @@ def play_stream_file(
     from pickcli.trial.trial_folder import refuse_existing_folder
     from pickcli.trial.trial_record import write_record
 
-    _refuse_options_of_orders(options)
+    refuse_options_of_orders(OF_ORDERS, "streams")
+    if options.perception == "camera" and is_stated("pose_noise"):
+        raise click.UsageError("--pose-noise: a camera has errors of its own; leave it out")
     refuse_existing_folder(folder, overwrite)
     refuse_reading(folder / RECORD, path, *options.inputs)
-    context = click.get_current_context()
-    is_named = context.get_parameter_source("cell_name") is ParameterSource.COMMANDLINE
+    is_named = is_stated("cell_name")
     arms = ArmRequest(items=options.items_path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     stream = StreamOptions(path, None).stream(options.cell_name if is_named else None, arms)
@@ -102,21 +110,6 @@ def play_stream_file(
         raise TrialAbortedError(f"{counts}; see trial.json")
 
 
-def _refuse_options_of_orders(options: TrialOptions) -> None:
-    """Raise UsageError for options that a trial of a stream does not have."""
-    context = click.get_current_context()
-    stated = [
-        next(opt for param in context.command.params if param.name == name for opt in param.opts)
-        for name in OF_ORDERS
-        if _is_stated(name)
-    ]
-    if options.perception == "camera" and _is_stated("pose_noise"):
-        raise click.UsageError("--pose-noise: a camera has errors of its own; leave it out")
-    if stated:
-        verb = "apply" if len(stated) > 1 else "applies"
-        raise click.UsageError(f"{' and '.join(stated)} {verb} to orders, not to streams; leave it out")
-
-
 def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
     """Describe the result of a trial in a few lines."""
     counts = (
@@ -136,8 +129,3 @@ def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
     others = [each for each in result.items if str(each.outcome) != "delivered"]
     lines += [f"{each.item}: {each.outcome}: {each.reason}" for each in others[:FEW]]
     return [*lines, f"and {len(others) - FEW} more"] if len(others) > FEW else lines
-
-
-def _is_stated(name: str) -> bool:
-    """Whether an option was stated on the command line."""
-    return click.get_current_context().get_parameter_source(name) is ParameterSource.COMMANDLINE

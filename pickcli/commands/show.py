@@ -161,14 +161,47 @@ def _has_trials(path: Path) -> bool:
     return path.is_dir() and ((path / RECORD).is_file() or any(path.glob(f"*/{RECORD}")))
 
 
+def _pallet_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+    """Build the page of a trial of a pallet. Raises StaleError if its files are not of one trial."""
+    from pickcli.page.pallet_trial_page import pallet_trial_page
+    from pickcli.palletizing.pallet_stack_file import read_pallet_stack
+    from pickcli.trial.motion_record import read_motion, refuse_other_motion
+    from pickcli.trial.pallet_folder import STACK
+    from pickcli.trial.pallet_record import read_pallet_record
+    from pickcli.trial.pallet_station import PalletStation
+    from pickcli.trial.trial_folder import MOTION
+    from pickcli.trial.trial_record import record_digest
+
+    record = read_pallet_record(folder / RECORD)
+    stack, motion = read_pallet_stack(folder / STACK), read_motion(folder / MOTION)
+    if motion.record != record_digest(record):
+        raise StaleError(
+            f"{folder / MOTION}: is the motion of another trial, or {folder / RECORD} was changed since; "
+            "play the trial again"
+        )
+    made = record["made_from"]
+    station = PalletStation.of(open_cell(cell_name or made["cell"], arms), stack)
+    if station.cell.scene_fingerprint != made["cell_fingerprint"]:
+        raise StaleError(
+            f"{folder / RECORD}: was played in the cell {made['cell_fingerprint']}, {station.cell.name} is "
+            f"{station.cell.scene_fingerprint}; play the trial again"
+        )
+    items = tuple(station.presented(placement.carton) for placement in stack.placements)
+    refuse_other_motion(motion, replace(station.empty(0), items=items), (station.cell,), str(folder / MOTION))
+    return pallet_trial_page(record, stack, station, motion)
+
+
 def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     from pickcli.cell.cell_file import load_workcell
     from pickcli.page.trial_page import trial_page
     from pickcli.scene.scene_file import scene_hash
     from pickcli.trial.motion_record import read_motion, refuse_other_motion, refuse_other_record
+    from pickcli.trial.pallet_record import is_pallet_record
     from pickcli.trial.trial_folder import MOTION, read_look_pictures
     from pickcli.trial.trial_record import read_record
 
+    if is_pallet_record(folder / RECORD):
+        return _pallet_trial(folder, cell_name, arms)
     record = read_record(folder / RECORD)
     if not (folder / MOTION).exists():
         raise InputError(f"{folder}: has no {MOTION}, nothing to replay; play the trial again")

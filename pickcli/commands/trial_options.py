@@ -262,6 +262,39 @@ def refuse_stow_rule(orders: Iterable[Order]) -> None:
         raise click.UsageError(f"--stow-rule is for stow orders, this is a {min(kinds)} order; leave it out")
 
 
+def is_stated(name: str) -> bool:
+    """Tell whether an option was stated on the command line.
+
+    Args:
+        name: Name of its parameter.
+
+    Returns:
+        Whether it was.
+    """
+    return click.get_current_context().get_parameter_source(name) is ParameterSource.COMMANDLINE
+
+
+def refuse_options_of_orders(names: Iterable[str], kind: str) -> None:
+    """Refuse options that apply to trials of orders, but not to one of another kind.
+
+    Args:
+        names: Names of their parameters.
+        kind: What is played instead, in the plural.
+
+    Raises:
+        UsageError: One of them was stated.
+    """
+    context = click.get_current_context()
+    stated = [
+        next(opt for param in context.command.params if param.name == name for opt in param.opts)
+        for name in names
+        if is_stated(name)
+    ]
+    if stated:
+        verb = "apply" if len(stated) > 1 else "applies"
+        raise click.UsageError(f"{' and '.join(stated)} {verb} to orders, not to {kind}; leave it out")
+
+
 def trial_options(function: F) -> F:
     """Give a command the options of every command that plays trials.
 

@@ -9,25 +9,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.cell import Cell
 from pickcli.cell.workcell import Workcell
 from pickcli.errors import Reason
-from pickcli.files.packed_array import packed
-from pickcli.geometry import Array
 from pickcli.page.cell_parts import robot_part
 from pickcli.page.failure_marks import failure_marks, named_parts
 from pickcli.page.look_pictures import look_pictures
-from pickcli.page.motion_parts import TIME_RESOLUTION, limit_signal, segment_lane, switched_lanes
+from pickcli.page.motion_parts import segment_lane, switched_lanes
 from pickcli.page.page_document import PageDocument, PageTable
-from pickcli.page.page_motion import Chapter, Mark, PageMotion, Signal, Track
+from pickcli.page.page_motion import Chapter, Mark
 from pickcli.page.page_scene import Fact, PageRobot, Tone, rounded
+from pickcli.page.recorded_parts import joint_signals, replayed, vacuum_signals
 from pickcli.page.scene_page import standing_page
 from pickcli.page.trial_clearance import trial_clearance
 from pickcli.scene.scene import Scene
 from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
 from pickcli.trial.trial_summary import why_it_ended
 
-JOINT, POSE, KILOPASCAL = 1e-4, 1e-4, 0.05  # resolutions
 _TONES = {
     "in tote": Tone.GOOD, "delivered": Tone.GOOD, "moved aside": Tone.GOOD, "toppled": Tone.GOOD,
     "not picked": Tone.FAIR, "not toppled": Tone.FAIR, "no time": Tone.FAIR,
@@ -72,20 +69,11 @@ def trial_page(
         base,
         robot=base.robot if workcell is None else _robot(workcell, motion),
         facts=tuple(_facts(record)),
-        motion=PageMotion(
-            duration,
-            packed(motion.times, TIME_RESOLUTION),
-            packed(motion.joints, JOINT),
-            tracks=tuple(
-                Track(item, packed(times, TIME_RESOLUTION), packed(poses, POSE))
-                for item, (times, poses) in motion.items.items()
-            ),
-            is_path_drawn=False,
-        ),
+        motion=replayed(motion),
         lanes=(segment_lane(segments), *switched_lanes(_switched(attempts), devices, duration)),
         signals=(
-            *_vacuum(motion),
-            *(signal for cell in cells for signal in _limits(motion, cell, is_only=len(cells) == 1)),
+            *vacuum_signals(motion),
+            *(signal for cell in cells for signal in joint_signals(motion, cell, is_only=len(cells) == 1)),
         ),
         clearance=trial_clearance(scene, cells, motion),
         chapters=tuple(_chapter(attempt, scene) for attempt in attempts),
@@ -259,32 +247,3 @@ def _switched(attempts: Sequence[_Played]) -> list[tuple[float, str, str, str]]:
                 )
                 found.append((event["t"], event["device"], event["action"], read + off))
     return found
-
-
-def _vacuum(motion: RecordedMotion) -> Iterator[Signal]:
-    if len(motion.vacuum):
-        yield Signal(
-            "vacuum", "kPa", packed(motion.vacuum_times, TIME_RESOLUTION),
-            packed(motion.vacuum[:, None] / 1e3, KILOPASCAL), ("in the cup",), (1.0,), (), 0.0, 62.0,
-        )  # fmt: skip
-
-
-def _limits(motion: RecordedMotion, cell: Cell, is_only: bool) -> Iterator[Signal]:
-    """Velocity, acceleration and jerk in all executions of a cell's arm, with 0 in between."""
-    moves = [each for each in motion.executions if each.shares and each.arm == cell.arm]
-    if not moves:
-        return
-    n = cell.robot.n_joints
-    for k in range(3):
-        times, rows = [np.zeros(1)], [np.zeros((1, n))]
-        for each in moves:
-            times += [each.times[:1] - 2 * TIME_RESOLUTION, each.times, each.times[-1:] + 2 * TIME_RESOLUTION]
-            rows += [np.zeros((1, n)), each.shares[k], np.zeros((1, n))]
-        at = np.concatenate(times)
-        is_later = np.append(True, np.diff(np.maximum.accumulate(at)) > 0.0)
-        shares = _without_rest(np.concatenate(rows))[is_later]
-        yield limit_signal(k + 1, shares, cell, at[is_later], "" if is_only else cell.arm)
-
-
-def _without_rest(shares: Array) -> Array:
-    return np.clip(shares, -1.2, 1.2)

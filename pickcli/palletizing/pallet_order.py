@@ -43,6 +43,7 @@ class Pallet:
         height: m over the floor, that nothing stacked exceeds.
         bears: kg of all cartons.
         walls: Those of ``SIDES`` that have a wall, from the deck to the height.
+        edge: m that cartons keep from edges of the deck without a wall.
     """
 
     size: tuple[float, float] = (1.2, 0.8)
@@ -50,6 +51,7 @@ class Pallet:
     height: float = 2.0
     bears: float = 1500.0
     walls: tuple[str, ...] = ()
+    edge: float = 0.0
 
     def room(self, clearance: float) -> tuple[Array, Array]:
         """Return the part of the deck over which cartons may come down.
@@ -60,7 +62,7 @@ class Pallet:
         Returns:
             Its lower and its upper corner, (2,) m each.
         """
-        off = clearance * np.array([side in self.walls for side in SIDES]).reshape(2, 2)
+        off = np.array([clearance if side in self.walls else self.edge for side in SIDES]).reshape(2, 2)
         half = np.array(self.size) / 2
         return -half + off[:, 0], half - off[:, 1]
 
@@ -81,11 +83,13 @@ class PalletOrder:
         pallet: The pallet.
         cartons: What is to be stacked, in the sequence in which it comes.
         clearance: m that a carton keeps from others beside it as it comes down.
+        fall: m that it may fall onto others as it is let go, without turning over their edges.
     """
 
     pallet: Pallet
     cartons: tuple[Carton, ...]
     clearance: float = CLEARANCE
+    fall: float = 0.0
 
 
 def least_contact(clearance: float) -> float:
@@ -98,3 +102,18 @@ def least_contact(clearance: float) -> float:
         m.
     """
     return max(clearance, LEAST_CONTACT)
+
+
+def least_margin(fall: float, height: float) -> float:
+    """Return how far a carton's middle must be inside of what bears it, for a fall not to turn it over.
+
+    All energy of the fall goes into a turn about the nearest edge, which lifts the middle of the carton.
+
+    Args:
+        fall: m.
+        height: m, of the carton.
+
+    Returns:
+        m, seen from above.
+    """
+    return float(np.sqrt(fall * (fall + height)))

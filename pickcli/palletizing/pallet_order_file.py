@@ -26,6 +26,8 @@ MOST_BORNE = 1e5  # kg
 Mass = Annotated[float, Field(ge=0.01, le=1000)]
 Bears = Annotated[float, Field(gt=0, le=MOST_BORNE)]
 Side = Annotated[float, Field(ge=0.01, le=10)]  # m: the engine takes a millimetre off
+Edge = Annotated[float, Field(ge=0, le=0.1)]  # m
+Fall = Annotated[float, Field(ge=0, le=0.02)]  # m
 
 
 class PalletModel(FileModel):
@@ -41,6 +43,7 @@ class PalletModel(FileModel):
     walls: Annotated[tuple[Literal["-x", "+x", "-y", "+y"], ...], Len(0, 4)] | None = Field(
         None, description="sides with a wall, up to the height"
     )
+    edge: Edge | None = Field(None, description="m to edges without a wall")
 
     def pallet(self, source: Source) -> Pallet:
         """Return the pallet.
@@ -103,6 +106,7 @@ class PalletOrderModel(FileModel):
     clearance: Annotated[float, Field(ge=0, le=0.1)] = Field(
         CLEARANCE, description="m between cartons beside each other"
     )
+    fall: Fall = Field(0.0, description="m that a carton may fall onto others as it is let go")
     cartons: Annotated[list[CartonModel], Field(min_length=1, max_length=MOST_CARTONS)] = Field(
         description="what is to be stacked, in the sequence in which it comes"
     )
@@ -138,7 +142,7 @@ def read_pallet_order(path: Path) -> PalletOrder:
         if n > 1:
             source.add(("cartons",), f"{n} cartons are called {name}; give each a name of its own")
     source.check()
-    return PalletOrder(pallet, cartons, model.clearance)
+    return PalletOrder(pallet, cartons, model.clearance, model.fall)
 
 
 def write_pallet_order(path: Path, order: PalletOrder, replace: bool = True) -> None:
@@ -161,6 +165,7 @@ def write_pallet_order(path: Path, order: PalletOrder, replace: bool = True) -> 
         "version": 1,
         "pallet": asdict(order.pallet),
         "clearance": order.clearance,
+        "fall": order.fall,
         "cartons": cartons,
     }
     write_text(path, json.dumps(told, indent=1) + "\n", replace)
@@ -173,6 +178,7 @@ def _note(source: Source, at: Key, carton: CartonModel, pallet: Pallet, clearanc
     if short > room[0] or long > room[1]:
         deck = " x ".join(f"{side:g}" for side in pallet.size)
         walled = f" with {clearance:g} m to its walls" if pallet.walls else ""
+        walled += f" with {pallet.edge:g} m to its edges" if pallet.edge else ""
         source.add(
             (*at, "size"), f"{carton.id} is {long:g} x {short:g} m, larger than the pallet, {deck} m{walled}"
         )

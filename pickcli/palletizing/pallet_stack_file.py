@@ -20,7 +20,7 @@ from pickcli.files.source import Source
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.palletizing.drop_test import DropTest
 from pickcli.palletizing.pallet_order import Carton, Pallet
-from pickcli.palletizing.pallet_order_file import MOST_BORNE, MOST_CARTONS, Bears, Mass, Side
+from pickcli.palletizing.pallet_order_file import MOST_BORNE, MOST_CARTONS, Bears, Edge, Fall, Mass, Side
 from pickcli.palletizing.pallet_stack import PalletStack, Placement, loads_on
 
 DECIMALS = 6  # of lengths, in m
@@ -40,6 +40,7 @@ class StackedPallet:
         left: Reasons against the cartons that have no place, by id.
         sinking: m, most that a carton moved in height in the engine.
         shift: m, most sideways.
+        fall: m that a carton may fall onto others as it is let go.
     """
 
     pallet: Pallet
@@ -49,6 +50,31 @@ class StackedPallet:
     left: Mapping[str, tuple[str, ...]]
     sinking: float
     shift: float
+    fall: float = 0.0
+
+    @classmethod
+    def of(cls, stack: PalletStack, tested: DropTest) -> StackedPallet:
+        """Return what the file of a stack would say.
+
+        Args:
+            stack: The stack.
+            tested: What became of it in the engine.
+
+        Returns:
+            The content.
+        """
+        left = {name: tuple(map(str, reasons.reasons)) for name, reasons in stack.left.items()}
+        order = stack.order
+        return cls(
+            order.pallet,
+            order.clearance,
+            stack.placements,
+            loads_on(stack),
+            left,
+            tested.sinking,
+            tested.shift,
+            order.fall,
+        )
 
     @property
     def top(self) -> float:
@@ -64,12 +90,13 @@ class _Pallet(FileModel):
     height: Length
     bears: Bears
     walls: tuple[Literal["-x", "+x", "-y", "+y"], ...]
+    edge: Edge = 0.0
 
     @property
     def pallet(self) -> Pallet:
         """The pallet."""
         length, width = self.size
-        return Pallet((length, width), self.deck, self.height, self.bears, self.walls)
+        return Pallet((length, width), self.deck, self.height, self.bears, self.walls, self.edge)
 
 
 class _Placed(FileModel):
@@ -111,6 +138,7 @@ class _Stack(FileModel):
     version: Literal[1]
     pallet: _Pallet
     clearance: Annotated[float, Field(ge=0, le=0.1)]
+    fall: Fall = 0.0
     placements: Annotated[tuple[_Placed, ...], Len(0, MOST_CARTONS)]
     left: Annotated[tuple[_Left, ...], Len(0, MOST_CARTONS)]
     drop_test: _DropTest
@@ -136,8 +164,9 @@ def read_pallet_stack(path: Path) -> StackedPallet:
     left = {each.id: each.reasons for each in model.left}
     tested = model.drop_test
     return StackedPallet(
-        model.pallet.pallet, model.clearance, placements, loads, left, tested.sinking_m, tested.shift_m
-    )
+        model.pallet.pallet, model.clearance, placements, loads, left, tested.sinking_m, tested.shift_m,
+        model.fall,
+    )  # fmt: skip
 
 
 def _check_names(source: Source, model: _Stack) -> None:
@@ -164,33 +193,43 @@ def write_pallet_stack(path: Path, stack: PalletStack, tested: DropTest, replace
     Raises:
         InputError: The file cannot be written, or exists.
     """
-    write_text(path, json.dumps(stack_to_dict(stack, tested), indent=1) + "\n", replace)
+    write_stacked_pallet(path, StackedPallet.of(stack, tested), replace)
 
 
-def stack_to_dict(stack: PalletStack, tested: DropTest) -> dict[str, Any]:
+def write_stacked_pallet(path: Path, stack: StackedPallet, replace: bool = True) -> None:
+    """Write what the file of a stack says.
+
+    Args:
+        path: The file.
+        stack: The stack.
+        replace: Whether an existing file may be replaced.
+
+    Raises:
+        InputError: The file cannot be written, or exists.
+    """
+    write_text(path, json.dumps(stack_to_dict(stack), indent=1) + "\n", replace)
+
+
+def stack_to_dict(stack: StackedPallet) -> dict[str, Any]:
     """Return the content of a file.
 
     Args:
         stack: The stack.
-        tested: What became of it in the engine.
 
     Returns:
         Plain values.
     """
-    loads = loads_on(stack)
     return {
         "format": "apc stacked pallet",
         "version": 1,
-        "pallet": asdict(stack.order.pallet),
-        "clearance": stack.order.clearance,
-        "placements": [_placement(p, loads[p.carton.id]) for p in stack.placements],
-        "left": [
-            {"id": name, "reasons": [str(reason) for reason in reasons.reasons]}
-            for name, reasons in stack.left.items()
-        ],
+        "pallet": asdict(stack.pallet),
+        "clearance": stack.clearance,
+        "fall": stack.fall,
+        "placements": [_placement(p, stack.loads[p.carton.id]) for p in stack.placements],
+        "left": [{"id": name, "reasons": list(reasons)} for name, reasons in stack.left.items()],
         "drop_test": {
-            "sinking_m": round(tested.sinking, DECIMALS),
-            "shift_m": round(tested.shift, DECIMALS),
+            "sinking_m": round(stack.sinking, DECIMALS),
+            "shift_m": round(stack.shift, DECIMALS),
         },
     }
 

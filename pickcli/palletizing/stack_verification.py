@@ -93,13 +93,23 @@ class _View:
     @property
     def margin(self) -> float:
         """M by which its centre of mass, wherever it may be, is in its polygon; negative outside."""
+        return self._inside(self._centres)
+
+    @property
+    def rise(self) -> float:
+        """M by which its middle rises if it turns about the nearest edge of its polygon; 0 outside."""
+        half = float(self._it.size[2]) / 2
+        return float(np.hypot(max(self._inside(self._it.centre[None, :2]), 0.0), half)) - half
+
+    def _inside(self, points: Array) -> float:
+        """Return m by which points (N, 2) are in its polygon at least; negative outside."""
         from scipy.spatial import ConvexHull, QhullError
 
         try:
             equations = ConvexHull(self._it.bears_within).equations
         except (QhullError, ValueError):  # fewer than three corners, or on a line
             return -np.inf
-        return -float((self._centres @ equations[:, :2].T + equations[:, 2]).max())
+        return -float((points @ equations[:, :2].T + equations[:, 2]).max())
 
     @property
     def _centres(self) -> Array:
@@ -157,6 +167,9 @@ class _View:
                 where = f"a corner is {_mm(off)} outside" if np.isfinite(off) else "nothing bears a corner"
                 yield "is not borne within its polygon", where
                 break
+        if bearers and self.rise < self._stack.fall - TOLERANCE:
+            over = f"its middle rises by {_mm(self.rise)} over the nearest edge of what bears it"
+            yield "would tip as it lands", f"{over}, it may fall by {_mm(self._stack.fall)}"
         if self.margin < -TOLERANCE:
             why = f"its centre of mass may be {_mm(-self.margin)} outside of what bears it"
             yield "would tip", why if np.isfinite(self.margin) else "its polygon of what bears it has no area"
@@ -227,8 +240,8 @@ def _overloads(stack: StackedPallet, loads: dict[str, float]) -> Iterator[Reason
 
 def _strays(stack: StackedPallet, order: PalletOrder) -> Iterator[Reason]:
     """Yield where a stack is not that of an order."""
-    if (stack.pallet, stack.clearance) != (order.pallet, order.clearance):
-        yield Reason("is for another pallet or clearance", "the order")
+    if (stack.pallet, stack.clearance, stack.fall) != (order.pallet, order.clearance, order.fall):
+        yield Reason("is for another pallet, clearance or fall", "the order")
     ordered = {carton.id: carton for carton in order.cartons}
     for p in stack.placements:
         if ordered.get(p.carton.id) != p.carton:

@@ -17,7 +17,15 @@ import numpy as np
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.palletizing.landing_places import PlacementArrays, landing_places
-from pickcli.palletizing.pallet_order import CENTRE_ERROR, LEVEL, ROUNDED, Carton, PalletOrder, least_contact
+from pickcli.palletizing.pallet_order import (
+    CENTRE_ERROR,
+    LEVEL,
+    ROUNDED,
+    Carton,
+    PalletOrder,
+    least_contact,
+    least_margin,
+)
 from pickcli.palletizing.pallet_stack import PalletStack, Placement
 from pickcli.palletizing.support_polygon import EMPTY, clipped, depth_inside, hull, rectangle
 from pickcli.seeds import derived_rng
@@ -126,7 +134,10 @@ class _Pallet:
         pieces = [clipped(p.bears_within, low[:2], placement.high[:2]) for p in firm]
         within = hull(np.concatenate([EMPTY, *pieces]))
         off = CENTRE_ERROR * placement.size[:2] * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
+        margin = least_margin(self._order.fall, carton.size[2])
         if depth_inside(within, placement.centre[:2] + off) < 0.0:
+            return None
+        if margin > 0.0 and depth_inside(within, placement.centre[None, :2]) < margin:
             return None
         names = tuple(self.placed[k].carton.id for k in bearers)
         return replace(placement, rests_on=names, bears_within=within)

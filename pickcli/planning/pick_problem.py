@@ -12,7 +12,7 @@ import numpy as np
 from pickcli.cell.place import Place
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.errors import UnknownNameError
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp, GraspKind
@@ -47,6 +47,33 @@ class Shift:
 
 
 @dataclass(frozen=True)
+class StatedPlace:
+    """Where an item is to stand in its destination, with the side up that is up before.
+
+    Attributes:
+        x: m, of its middle in the frame of the destination.
+        y: m.
+        z: m, as it stands; it is released a little higher.
+        yaw: rad about the destination's z, to the left.
+    """
+
+    x: float
+    y: float
+    z: float
+    yaw: float = 0.0
+
+    @property
+    def T_place_item(self) -> Array:
+        """(4, 4) pose of the item in the frame of the destination."""
+        return pose((self.x, self.y, self.z), R=rotation_axis_angle((0.0, 0.0, 1.0), self.yaw))
+
+    def __str__(self) -> str:
+        """Return the place as it is written in queries: "100.0,-50.5,125.0 mm and 90.0 deg"."""
+        at = ",".join(f"{1e3 * each:.1f}" for each in (self.x, self.y, self.z))
+        return f"{at} mm and {np.degrees(self.yaw):.1f} deg"
+
+
+@dataclass(frozen=True)
 class PickQuery:
     """A requested pick.
 
@@ -57,6 +84,7 @@ class PickQuery:
         exclude: Grasps that failed before, or kinds of them.
         neighbours: How motions inside the place treat other items.
         by: Shift of the item within its place, which is then ``into``, too; None to take it out.
+        at: Where it is to stand in ``into``, which is no open box; None for a free place that is searched.
     """
 
     out_of: str
@@ -65,6 +93,7 @@ class PickQuery:
     exclude: tuple[Grasp | GraspKind, ...] = ()
     neighbours: Neighbours = Neighbours.AVOID
     by: Shift | None = None
+    at: StatedPlace | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +132,10 @@ class PickProblem:
             configurations that the cell names for the place, and not from others, too.
         over_rim: Whether the target is dropped from over the rim of its destination where that is not too
             high, instead of from between the walls.
+        at: Where the target is to stand in its destination; None for a free place that is searched.
+        rise: m by which ways out of a place that is open above lead on upwards, over what stands beside.
+        level_with: Ids of the items whose upper sides are level with the lower side of the target, as that
+            is set down on them or close to their edges: it may touch them.
     """
 
     context: PlanningContext
@@ -115,6 +148,9 @@ class PickProblem:
     shift: ShiftCorridor | None = None
     by_named: bool = False
     over_rim: bool = False
+    at: StatedPlace | None = None
+    rise: float = 0.0
+    level_with: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
@@ -138,13 +174,17 @@ class PickProblem:
                 raise UnknownNameError("place", name, list(places))
         target = scene.find(query.item, query.out_of)
         place, destination = places[query.out_of], places[query.into]
-        return cls(context, scene, place, target, destination, query.neighbours, seed)
+        return cls(context, scene, place, target, destination, query.neighbours, seed, at=query.at)
 
-    def back_from(self, placed: PlacedItem) -> PickProblem:
+    def back_from(
+        self, placed: PlacedItem, rise: float = 0.0, level_with: frozenset[str] = frozenset()
+    ) -> PickProblem:
         """Return the pick that would undo this one.
 
         Args:
             placed: The target as set down at the destination.
+            rise: m by which its ways out lead on upwards, over what stands beside.
+            level_with: Ids of the items that it is set down on, or close to.
 
         Returns:
             The pick of the target from there back to its current place.
@@ -154,15 +194,20 @@ class PickProblem:
         neighbours = Neighbours.AVOID if self.neighbours is Neighbours.PUSH else self.neighbours
         return replace(
             self, scene=moved, place=self.destination, target=placed, destination=self.place,
-            neighbours=neighbours, shift=None,
+            neighbours=neighbours, shift=None, at=None, rise=rise, level_with=level_with,
         )  # fmt: skip
 
     @property
     def label(self) -> str:
-        """Name in plans and messages: "pick ITEM from PLACE", "into PLACE" if not the tote; or of a shift."""
+        """Name in plans and messages: "pick ITEM from PLACE", "into PLACE" if not the tote; or of a shift.
+
+        Followed by "at X,Y,Z mm and N deg" if it is stated where the item is to stand.
+        """
         if self.shift is not None:
             return shift_label(self.target, self.shift.by)
         name = f"pick {self.target.id} from {self.place.name}"
+        if self.at is not None:
+            return f"{name} into {self.destination.name} at {self.at}"
         return name if self.destination.name == TOTE else f"{name} into {self.destination.name}"
 
     @cached_property

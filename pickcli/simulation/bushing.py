@@ -21,6 +21,8 @@ import numpy as np
 
 from pickcli.geometry import Array, rotation_vector
 
+REFERENCE_RADIUS = 0.015  # m, of the cup whose stiffness is estimated
+
 
 class BushingStiffness(Protocol):
     """Parameters of a bushing."""
@@ -38,6 +40,8 @@ class BushingStiffness(Protocol):
 class Stiffness:
     """Stiffness of a sealed cup about its tip. Estimated in docs/simulation.md, as no maker publishes it.
 
+    By default that of a cup of 30 mm; ``of_cup`` has those of others.
+
     Attributes:
         axial: N/m along the cup's axis.
         lateral: N/m perpendicular to it.
@@ -51,6 +55,22 @@ class Stiffness:
     tilt: float = 60.0
     twist: float = 30.0
     relaxation: float = 3e-3
+
+    @classmethod
+    def of_cup(cls, radius: float) -> Stiffness:
+        """Return the stiffness of a cup of the same shape and rubber, but another size.
+
+        Of a body that is s times as large, forces per displacement are s times as large, and torques per
+        angle s cubed: so are the moments at which the vacuum lets the lip lift.
+
+        Args:
+            radius: m.
+
+        Returns:
+            The stiffness.
+        """
+        s, known = radius / REFERENCE_RADIUS, cls()
+        return cls(known.axial * s, known.lateral * s, known.tilt * s**3, known.twist * s**3)
 
     @property
     def matrix(self) -> Array:

@@ -11,7 +11,7 @@ from pickcli.simulation.engine import ContactPoint
 from pickcli.simulation.planned_contacts import PlannedContacts
 
 FORGET_TIME = 0.1  # s without contact after which a pair is logged again
-HELD_PRESS = 30.0  # N at one point, largest planned force of a held item on a body: 3 kg on a corner
+HELD_PRESS = 30.0  # N at one point, largest planned force on a body of a held item of up to 3 kg on a corner
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,8 @@ class ContactLog:
         links: The contact links, cup or fingers, which may touch what the current segment allows.
         exempt: Pairs (link, body or other link) that are never counted.
         max_press: N, largest force of the bellows or fingers. A larger force on a planned contact counts as
-            unplanned, and so does one of the held item above ``HELD_PRESS``.
+            unplanned, and so does one of the held item above ``HELD_PRESS``, or above its weight if that is
+            more: it may stand on one corner.
         earlier: Collisions logged before.
     """
 
@@ -83,6 +84,7 @@ class ContactLog:
         planned: PlannedContacts,
         held: str | None,
         t: float,
+        held_weight: float = 0.0,
     ) -> None:
         """Check the contact points of robot and held item in one step.
 
@@ -91,12 +93,13 @@ class ContactLog:
             planned: The contacts allowed at present.
             held: Name of the held item, or None.
             t: s, simulated.
+            held_weight: N, of the held item.
         """
         for pair in [pair for pair, c in self._open.items() if t - c.t_end > FORGET_TIME]:
             self._closed.append(self._open.pop(pair))
         for point in points:
             a, b = self._pair(point)
-            most = self._most(a, b, planned, held)
+            most = self._most(a, b, planned, held, max(HELD_PRESS, held_weight))
             if point.force > most:
                 self._record(a, b, point, t)
 
@@ -105,13 +108,16 @@ class ContactLog:
             return point.link_a, point.link_b or point.b
         return point.a, point.link_b or point.b
 
-    def _most(self, a: str, b: str, planned: PlannedContacts, held: str | None) -> float:
-        """Largest allowed force of a pair at one point, N; negative if no contact is allowed."""
+    def _most(self, a: str, b: str, planned: PlannedContacts, held: str | None, most_held: float) -> float:
+        """Largest allowed force of a pair at one point, N; negative if no contact is allowed.
+
+        most_held: N, of the held item on what it is planned to touch
+        """
         is_of_hold = a == held and b in self._links
         if (a, b) in self._exempt or held == b or is_of_hold:
             return np.inf  # contacts of the held item are judged from its side
         if a == held and (b in planned.touching or b in planned.held):
-            return HELD_PRESS
+            return most_held
         return self._max_press if a in self._links and b in planned.met else -1.0
 
     def _record(self, a: str, b: str, point: ContactPoint, t: float) -> None:

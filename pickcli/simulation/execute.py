@@ -6,7 +6,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
 from pickcli.progress import ProgressObserver
 from pickcli.seeds import derived_rng
@@ -107,7 +107,8 @@ class _Run(BeltRun[World]):
         self.world = world
         self.n_releases = len(world.grip.releases)
         self.max_load = 0.0
-        self.supervisor = Supervisor(world, self.arm)
+        held_at = None if plan.grasp is None else inverse(plan.grasp.T_item_tip)[:3, 3]
+        self.supervisor = Supervisor(world, self.arm, p_tip_item=held_at)
         self.guard = ContactGuard(world, self.arm, plan, self.supervisor.external)
         self.weight = WeightWatch(world, self.arm, plan, self.supervisor.external)
         self._ends = [segment.t_end for segment in plan.segments]

@@ -66,7 +66,8 @@ class SimulatedCup(SimulatedTool):
         is_compliant = reality.compliant_cup
         bellows = Bellows(engine, robot, self.tool, self._cup.stiffness if is_compliant else 0.0)
         pump, valve = (first_device_of(self._cell, kind) for kind in (DeviceKind.PUMP, DeviceKind.VALVE))
-        cup = CupModel(Vacuum(pump.lead, valve.lead), bellows, Stiffness() if is_compliant else RIGID)
+        stiffness = Stiffness.of_cup(self._cup.radius) if is_compliant else RIGID
+        cup = CupModel(Vacuum(pump.lead, valve.lead), bellows, stiffness)
         self._suction = Suction(engine, robot, self.tool, cup, items, reality.honest_seals)
 
     @property

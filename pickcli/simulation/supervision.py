@@ -23,7 +23,7 @@ from pickcli.simulation.world import World
 
 TORQUE_NOISE = 0.02  # share of a motor's largest torque: error of a torque estimated from the current
 FILTER_TIME = 4e-3  # s, time constant of the filter for the unexplained torque
-PAYLOAD_FACTOR = 1.5  # allowance over the held item's weight, for acceleration and mass error
+PAYLOAD_FACTOR = 1.5  # allowance over weight and inertia of the held item, for acceleration and mass error
 RELEASED_WEIGHT_TIME = 0.5  # s after a planned release during which the item's weight may still act
 _ONES, _ROOT_3 = np.ones(3), float(np.sqrt(3.0))
 
@@ -78,10 +78,13 @@ class Supervisor:
         world: The measured world.
         arm: The robot's kinematics.
         thresholds: Thresholds of a stop.
+        p_tip_item: (3,) m, middle of the item that is to be held, in the tool frame; None for the tip itself.
     """
 
-    def __init__(self, world: World, arm: Arm, thresholds: Thresholds | None = None) -> None:
-        self._world, self._arm = world, arm
+    def __init__(
+        self, world: World, arm: Arm, thresholds: Thresholds | None = None, p_tip_item: Array | None = None
+    ) -> None:
+        self._world, self._arm, self._p_tip_item = world, arm, p_tip_item
         self._thresholds = thresholds or Thresholds()
         self._names = world.robot.joint_names
         self._is_linear = {j.name: j.type is JointType.PRISMATIC for j in world.robot.joints}
@@ -90,9 +93,11 @@ class Supervisor:
         seed = world.seed + round(world.t / world.time_step)
         self.external = ExternalTorque(world.inverse_dynamics, self._forces, world.time_step, seed)
         self._joints = JointFollowing(world.q, world.time_step, self._thresholds)
-        self._weight, self._t_held = 0.0, -np.inf
+        is_turning = np.array([not self._is_linear[name] for name in self._names])
+        self._acceleration = is_turning * world.robot.limits.acceleration  # (n,) rad/s^2
+        self._weight, self._inertia, self._t_held = 0.0, 0.0, -np.inf
         self._weighed: Segment | None = None  # the last segment with a held item, whose payload is cached
-        self._payload = 0.0
+        self._payload = 0.0, 0.0
         self._hold_watch = world.tool.watch(self._thresholds)
 
     def motion(self, command: Array, segment: Segment) -> ProtectiveStop | None:
@@ -142,11 +147,13 @@ class Supervisor:
         self._joints.remember(command)
         if segment.held is not None:
             if segment is not self._weighed:
-                mass = world.scene.find(segment.held).item.mass
-                self._weighed, self._payload = segment, PAYLOAD_FACTOR * GRAVITY * mass
-            self._weight, self._t_held = self._payload, world.t
+                item = world.scene.find(segment.held).item
+                inertia = float(np.linalg.eigvalsh(item.inertia)[-1])
+                self._weighed = segment
+                self._payload = PAYLOAD_FACTOR * GRAVITY * item.mass, PAYLOAD_FACTOR * inertia
+            (self._weight, self._inertia), self._t_held = self._payload, world.t
         elif world.t - self._t_held > RELEASED_WEIGHT_TIME:
-            self._weight = 0.0
+            self._weight = self._inertia = 0.0
 
     def _contact(self, unexplained: Array) -> ProtectiveStop | None:
         force = self._weight + (self._thresholds.planned_force if self._world.planned.touching else 0.0)
@@ -154,8 +161,10 @@ class Supervisor:
         if not (np.abs(unexplained) > limits).any():
             return None
         if force > 0.0:
-            reach = np.linalg.norm(self._arm.jacobian(self._world.q, self._tool_state())[:3], axis=0)
-            limits = limits + force * reach
+            jacobian = self._arm.jacobian(self._world.q, self._tool_state())
+            reach = np.linalg.norm(jacobian[:3], axis=0)
+            limits = limits + force * reach + self._weight * self._farther(jacobian, reach)
+            limits = limits + self._inertia * self._acceleration
         worst = int(np.argmax(np.abs(unexplained) / limits))
         if abs(unexplained[worst]) <= limits[worst]:
             return None
@@ -163,6 +172,17 @@ class Supervisor:
         return self._stop(
             StopCause.CONTACT, self._names[worst], abs(unexplained[worst]), limits[worst], unit
         )  # fmt: skip
+
+    def _farther(self, jacobian: Array, reach: Array) -> Array:
+        """Return m by which the held item's middle is farther from the axes than the tip, where it is.
+
+        jacobian: (6, n) of the tip. reach: (n,) m, of the tip
+        """
+        if self._p_tip_item is None or self._weight == 0.0:
+            return np.zeros(len(reach))
+        lever = self._arm.tip(self._world.q, self._tool_state())[:3, :3] @ self._p_tip_item
+        at_item = jacobian[:3] + np.cross(jacobian[3:].T, lever).T
+        return np.asarray(np.maximum(np.linalg.norm(at_item, axis=0) - reach, 0.0))
 
     def _following(self, command: Array) -> ProtectiveStop | None:
         q = self._world.q

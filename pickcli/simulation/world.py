@@ -16,7 +16,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
-from pickcli.geometry import Array
+from pickcli.geometry import GRAVITY, Array
 from pickcli.scene.colours import static_colour
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.collision_filter import CollisionFilter
@@ -156,11 +156,40 @@ class World:
             q: (n,) its configuration.
             tool_state: State of its tool.
         """
+        self.scene, self.robot = replace(self.scene, cell=cell), cell.robot
+        self._remount(q, tool_state)
+
+    def bring_in(self, placed: PlacedItem) -> None:
+        """Add an item that comes into the cell, at rest, while the arm is at rest and holds nothing.
+
+        Time, other items and the log of contacts continue; the valve is closed.
+
+        Args:
+            placed: The item, of an id that no item of the scene has.
+        """
+        self.scene = replace(self.scene, items=(*self.scene.items, placed))
+        alone = replace(self.scene, items=(placed,))
+        add_items(self.engine, alone, true_masses(alone, self.reality, self.seed))
+        self._positions[placed.id], self._looks_at_rest[placed.id] = placed.T_world_item[:3, 3], 0
+        self._remount(self.q.copy(), self.tool_state)
+
+    def take_out(self, item_id: str) -> None:
+        """Take an item out of the world, as by hand, while the arm is at rest and does not hold it.
+
+        Args:
+            item_id: Id of the item.
+        """
+        self.scene = replace(self.scene, items=tuple(p for p in self.scene.items if p.id != item_id))
+        self.engine.remove(item_id)
+        del self._positions[item_id], self._looks_at_rest[item_id]
+        self._remount(self.q.copy(), self.tool_state)
+
+    def _remount(self, q: Array, tool_state: ToolState) -> None:
+        """Replace the robot, and all that knows its links and the items."""
         self.engine.remove(ROBOT)
         # pybullet keeps inverse dynamics by a body's address, also for the next body at that address.
         self._model.close()
         self._model = Engine(self.time_step)
-        self.scene, self.robot = replace(self.scene, cell=cell), cell.robot
         self._mount(q, tool_state, self.contacts.collisions)
 
     def _mount(self, q: Array, tool_state: ToolState, earlier: tuple[Collision, ...] = ()) -> None:
@@ -275,7 +304,8 @@ class World:
         points += [point for point in self.grip.contact_points if point.b not in self._filter.let_go_through]
         if self.held is not None and not self.planned.is_meeting:
             points += self.engine.contact_points(self.held)
-        self.contacts.update(points, self.planned, self.held, self.t)
+        weight = 0.0 if self.held is None else GRAVITY * self.engine.mass(self.held)
+        self.contacts.update(points, self.planned, self.held, self.t, weight)
 
     def _look_at_items(self) -> None:
         """Put items at rest to sleep, as each awake one costs 50 us per step; fix items that fell off.

@@ -22,6 +22,9 @@ Read in this order:
   stored records and motions.
 - Streams of items on a conveyor: `stream_trial` plays them, with a `stream_result`; `stream_record` is what
   its file says. A `belt_perception` knows the items by a `belt_camera`.
+- Cartons stacked on a pallet: in a `pallet_station`, the cell and what it can take, `pallet_trial` plays a
+  planned stack, with a `pallet_result`; `pallet_record` is what its file says, beside others in a
+  `pallet_folder`.
 - Many trials: a `played_trial` is everything that a folder stores; a `trial_job` plays one for an order and a
   seed; `trials_folder` stores them with their `trial_statistics`, with a `success_rate` each for items and
   places. A `trial_comparison` compares two such runs by `sign_flips`.

@@ -40,7 +40,7 @@ def perceive(true: Scene, noise: PoseNoise, seed: int, look: int, reality: Reali
     Returns:
         The perceived scene.
     """
-    error = _pod_error(reality)
+    error = _pod_error(reality) if true.cell.pod.bins else UNMOVED
     off = random_displacement(error, derived_rng("pod estimate", seed))
     # The bounds refer to the pose of the true pod relative to the estimated one.
     T_world_pod = true.T_world_pod @ inverse(displaced(np.eye(4), off.x, off.y, off.yaw))

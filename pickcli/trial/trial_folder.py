@@ -156,6 +156,26 @@ def write_folder(
     if (claim := result.final.claim) is not None:
         writers = {"output.json": partial(write_output, order=claim), **writers}
     writers[RECORD] = partial(write_record, record=record)
+    return write_files(folder, writers, replace)
+
+
+def write_files(
+    folder: Path, writers: Mapping[str, Callable[[Path], None]], replace: bool = True
+) -> tuple[Path, ...]:
+    """Write files of a trial, none of which is in the folder before all are written.
+
+    Args:
+        folder: The folder, created if it does not exist.
+        writers: Functions that write a file, by its name.
+        replace: Whether existing files may be replaced.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        InputError: A file cannot be written; all others are, and the message lists both. Or the folder was
+            filled by others meanwhile, and nothing is written.
+    """
     with _prepared(folder) as prepared:
         failed = _write_all(prepared, writers)
         failed = {name: why.replace(str(prepared), str(folder)) for name, why in failed.items()}

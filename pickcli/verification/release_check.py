@@ -25,7 +25,11 @@ from pickcli.verification.static_solids import place_at, release_pose
 
 DROP_LIMIT = 0.3  # m from the item's bottom to the floor between walls (rules of 2016)
 SHIFT = re.compile(r"shift \S+ in \S+ by (?P<x>-?\d+),(?P<y>-?\d+) mm(?: and (?P<turn>-?\d+) deg)?")
-OFF_SHIFT, OFF_TURN = 3.0, np.radians(2.0)  # mm and rad by which a shift may end off what the query says
+STATED = re.compile(
+    r"pick \S+ from \S+ into (?P<place>\S+) at (?P<x>-?[\d.]+),(?P<y>-?[\d.]+),(?P<z>-?[\d.]+) mm and "
+    r"(?P<yaw>-?[\d.]+) deg"
+)
+OFF_SHIFT, OFF_TURN = 3.0, np.radians(2.0)  # mm and rad by which an item may end off what the query says
 SET_DOWN = 0.02  # m to the floor of any other place, on top of the item's uncertainty: it must not tumble
 
 
@@ -57,7 +61,8 @@ def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterable[Reason]
         return
     taken = scene.instance(plan.grasp.item)
     placed = PlacedItem(taken.id, taken.item, place.name, T, taken.noise)
-    yield from _as_stated(plan, scene, placed)
+    yield from _shifted_as_stated(plan, scene, placed)
+    yield from _set_down_as_stated(plan, scene, placed)
     if place.is_open_box:
         yield from _dropped(scene, place, placed)
         return
@@ -65,7 +70,7 @@ def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterable[Reason]
     yield from _tumbles(scene, placed)
 
 
-def _as_stated(plan: Plan, scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
+def _shifted_as_stated(plan: Plan, scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
     """Check that an item is shifted within its place as the query says; () for all other plans."""
     found = SHIFT.fullmatch(plan.query)
     if found is None or scene.held is not None:
@@ -85,6 +90,25 @@ def _as_stated(plan: Plan, scene: Scene, placed: PlacedItem) -> Iterator[Reason]
     if np.hypot(1e3 * x - stated[0], 1e3 * y - stated[1]) > OFF_SHIFT or off_turn > OFF_TURN:
         detail = f"by {1e3 * x:.0f},{1e3 * y:.0f} mm and {np.degrees(turn):.0f} deg"
         yield Reason("not shifted as stated", placed.id, detail)
+
+
+def _set_down_as_stated(plan: Plan, scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
+    """Check that an item is released over its place that the query states; () for all other plans."""
+    found = STATED.fullmatch(plan.query)
+    if found is None:
+        return
+    if placed.location != found["place"]:
+        yield Reason("not set down as stated", placed.id, f"in {placed.location}, not in {found['place']}")
+        return
+    T = inverse(scene.T_world_place(scene.cell.places[placed.location])) @ placed.T_world_item
+    x, y, z = (1e3 * T[:3, 3]).tolist()
+    off = float(np.hypot(x - float(found["x"]), y - float(found["y"])))
+    yaw = np.arctan2(T[1, 0], T[0, 0]) - np.radians(float(found["yaw"]))
+    off_turn = abs(np.angle(np.exp(1j * yaw)))
+    over = z - float(found["z"])
+    if off > OFF_SHIFT or off_turn > OFF_TURN or not -OFF_SHIFT <= over <= 1e3 * SET_DOWN:
+        detail = f"{off:.1f} mm aside, {over:.1f} mm higher, turned by {np.degrees(off_turn):.1f} deg"
+        yield Reason("not set down as stated", placed.id, detail)
 
 
 def _released(scene: Scene, placed: PlacedItem) -> Scene:

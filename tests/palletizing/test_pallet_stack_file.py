@@ -15,7 +15,12 @@ from pickcli.page.pallet_page import pallet_page
 from pickcli.palletizing.drop_test import DropTest
 from pickcli.palletizing.pallet_order import CONTAINERS, Carton, Pallet, PalletOrder
 from pickcli.palletizing.pallet_stack import PalletStack, loads_on
-from pickcli.palletizing.pallet_stack_file import read_pallet_stack, stack_to_dict, write_pallet_stack
+from pickcli.palletizing.pallet_stack_file import (
+    StackedPallet,
+    read_pallet_stack,
+    stack_to_dict,
+    write_pallet_stack,
+)
 from pickcli.palletizing.random_pallet_order import random_pallet_order
 from pickcli.palletizing.stacking import stack_all, stack_as_they_come
 from support.command_line import apc, refused
@@ -78,7 +83,7 @@ def _askew(values: dict[str, Any]) -> None:
     [(_twice, "is put up twice"), (_early, "which is not there yet"), (_askew, "yaw_deg")],
 )
 def test_mistakes_are_told(change: Any, told: str, stack: PalletStack, tmp_path: Path) -> None:
-    values = stack_to_dict(stack, TESTED)
+    values = stack_to_dict(StackedPallet.of(stack, TESTED))
     values = json.loads(json.dumps(values))
     change(values)
     path = tmp_path / "stack.json"

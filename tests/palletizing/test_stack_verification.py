@@ -179,7 +179,7 @@ def test_a_stack_is_compared_with_its_order(tmp_path: Path) -> None:
         (fewer, ("is not in the order", "lid")),
         (more, ("is missing", "spare")),
         (heavier, ("is not in the order", "lid")),
-        (elsewhere, ("is for another pallet or clearance", "the order")),
+        (elsewhere, ("is for another pallet, clearance or fall", "the order")),
     ):
         assert [(r.what, r.where) for r in verify_stack(stack, order).reasons] == [told]
 

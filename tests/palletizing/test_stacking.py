@@ -15,7 +15,7 @@ from pickcli.geometry import Array
 from pickcli.palletizing.drop_test import drop_test, what_stands
 from pickcli.palletizing.pallet_order import Carton, Pallet, PalletOrder
 from pickcli.palletizing.pallet_stack import Placement, loads_on
-from pickcli.palletizing.pallet_stack_file import stack_to_dict
+from pickcli.palletizing.pallet_stack_file import StackedPallet, stack_to_dict
 from pickcli.palletizing.random_pallet_order import random_pallet_order
 from pickcli.palletizing.stacking import stack_all, stack_as_they_come
 from pickcli.palletizing.support_polygon import EMPTY
@@ -203,5 +203,6 @@ def test_what_has_no_place_says_why(carton: Carton, told: str) -> None:
 
 def test_the_same_seed_gives_the_same_stack() -> None:
     order = order_of(8, 14)
-    first, again = (stack_to_dict(stack_all(order, 4), drop_test(order.pallet, ())) for _ in range(2))
+    tested = drop_test(order.pallet, ())
+    first, again = (stack_to_dict(StackedPallet.of(stack_all(order, 4), tested)) for _ in range(2))
     assert first == again

@@ -38,3 +38,14 @@ def test_a_weight_that_is_taken_up_in_a_time_is_overshot_as_by_a_ramp(
     damped = undamped * np.exp(-damping / np.sqrt(1 - damping**2) * np.arccos(damping))
     assert peak(speed, relaxation) - 1.0 == pytest.approx(damped, rel=0.08)
     assert peak(speed, relaxation) - 1.0 < undamped
+
+
+def test_a_cup_of_another_size_is_as_strained_by_loads_that_its_vacuum_bears_alike() -> None:
+    """Twice as large, it bears 4 times the force and 8 times the moment, at the same angle and strain."""
+    known, twice = Stiffness(), Stiffness.of_cup(0.03)
+    assert Stiffness.of_cup(0.015) == known
+    assert 4.0 / twice.axial == pytest.approx(2.0 / known.axial)  # displacement over size
+    assert 4.0 / twice.lateral == pytest.approx(2.0 / known.lateral)
+    assert 8.0 / twice.tilt == pytest.approx(1.0 / known.tilt)
+    assert 8.0 / twice.twist == pytest.approx(1.0 / known.twist)
+    assert twice.relaxation == known.relaxation

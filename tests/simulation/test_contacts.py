@@ -75,6 +75,13 @@ def test_a_held_item_that_is_driven_into_what_it_may_touch_is_a_collision() -> N
     assert (found.a, found.b, found.force) == ("tea", "shelf", HELD_PRESS + 0.1)
 
 
+def test_a_heavy_held_item_may_stand_on_one_corner() -> None:
+    allowed, contacts = NOTHING.also(frozenset({"shelf"})), log()
+    for force, weight, n in ((HELD_PRESS, 10.0, 0), (80.0, 80.0, 0), (80.1, 80.0, 1)):
+        contacts.update([replace(point(a="tea", link=""), force=force)], allowed, "tea", 0.0, weight)
+        assert len(contacts.collisions) == n
+
+
 def test_what_goes_on_after_a_time_is_told_since_then() -> None:
     contacts = log()
     contacts.update([point(b="gone"), point(b="goes on")], NOTHING, None, 0.0)

@@ -22,9 +22,10 @@ from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.servo import Servo
 from pickcli.simulation.suction import SEAL_VACUUM
-from pickcli.simulation.supervision import TORQUE_NOISE, ExternalTorque
+from pickcli.simulation.supervision import TORQUE_NOISE, ExternalTorque, Supervisor
 from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import ROBOT, World
+from support.pallet_stacks import CARTONS, station
 from support.pedestal import BuildWorld, cube, evacuate
 from support.rail_pick import GAP, T_END, rail_pick
 from support.tool_states import STRAIGHT
@@ -109,6 +110,25 @@ def test_a_box_in_the_way_stops_the_arm_by_its_motor_torque(cell: Cell) -> None:
     assert np.abs(world.q - before).max() < 1e-3
     assert record.path_time is not None  # it stands on its path, from where a recovery leads on
     assert np.abs(plan.trajectory.sample(record.path_time)[0] - world.q).max() < 1e-3
+    world.close()
+
+
+def test_a_heavy_item_that_is_held_off_its_middle_turns_the_last_joint_and_is_no_contact(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    cell, carton = station().cell, CARTONS[0]
+    home, item = cell.home, station().items[carton.id]
+    scene = replace(station().empty(0), items=(station().presented(carton),))
+    world = World(scene, home.q, home.tool_state)
+    swung = 1.5 * np.linalg.eigvalsh(item.inertia)[-1] * cell.robot.limits.acceleration[-1]
+    weight, least = 1.5 * 9.81 * item.mass, 0.06 * cell.robot.motor_forces["joint_t"]
+    holding = Segment(SegmentKind.TRANSFER, 0.0, 1.0, home.tool_state, carton.id)
+    for off, torque, is_stopped in ((0.0, 1.0, True), (0.06, -1e-3, False), (0.06, 1e-3, True)):
+        supervisor = Supervisor(world, Arm(cell.robot), p_tip_item=np.array([off, 0.0, 0.1]))
+        felt = np.zeros(cell.robot.n_joints)
+        felt[-1] = least + swung + weight * off + torque
+        monkeypatch.setattr(supervisor.external, "update", lambda *_, felt=felt: felt)
+        assert (supervisor.motion(home.q, holding) is not None) is is_stopped
     world.close()
 
 
@@ -229,4 +249,30 @@ def test_unexplained_torque_is_what_pushes_and_else_less_than_the_noise(cell: Ce
         world.step()
         external.update(world.joints, world.torques)
     assert np.abs(external.value + expected).max() < TORQUE_NOISE * forces.max()
+    world.close()
+
+
+def test_a_large_item_that_is_swung_turns_the_last_joint_and_is_no_contact(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """1.5 times its largest moment of inertia times the limit of the joint's acceleration, more than 6 %."""
+    cell, carton = station().cell, CARTONS[2]
+    home, item = cell.home, station().items[carton.id]
+    scene = replace(station().empty(0), items=(station().presented(carton),))
+    world = World(scene, home.q, home.tool_state)
+    swung = 1.5 * np.linalg.eigvalsh(item.inertia)[-1] * cell.robot.limits.acceleration[-1]
+    least = 0.06 * cell.robot.motor_forces["joint_t"]
+    holding = Segment(SegmentKind.TRANSFER, 0.0, 1.0, home.tool_state, carton.id)
+    alone = replace(holding, held=None)
+    for segment, torque, is_stopped in (
+        (holding, least + swung - 1e-3, False),
+        (holding, least + swung + 1e-3, True),
+        (alone, least + 1e-3, True),
+    ):
+        supervisor = Supervisor(world, Arm(cell.robot))
+        felt = np.zeros(cell.robot.n_joints)
+        felt[-1] = torque
+        monkeypatch.setattr(supervisor.external, "update", lambda *_, felt=felt: felt)
+        stop = supervisor.motion(home.q, segment)
+        assert (stop is not None and stop.where == "joint_t") is is_stopped
     world.close()

@@ -252,3 +252,32 @@ def test_true_masses_are_off_by_no_more_than_the_error_and_follow_the_seed(build
     assert masses == [true_masses(scene, reality, seed)["cube"] for seed in range(50)]
     assert 0.9 * stated <= min(masses) < 0.95 * stated < 1.05 * stated < max(masses) <= 1.1 * stated
     assert true_masses(scene, replace(DEFAULT, mass_error=0.0), 3)["cube"] == stated
+
+
+def test_an_item_comes_into_a_running_world_and_is_taken_out_of_it(cell: Cell) -> None:
+    """Time, arm and the other items go on as they were."""
+    home = cell.configurations["home"]
+    world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), home.q, home.tool_state, seed=2)
+    crayons = cell.item("crayola_24_ct")
+    floor = cell.T_world_place(cell.places["tote"])[:3, 3]
+
+    def lying(name: str, x: float) -> PlacedItem:
+        up = float(crayons.shape.extents[2]) / 2
+        return PlacedItem(name, crayons, "tote", pose(floor + np.array([x, 0.0, up])))
+
+    world.wait(0.1)
+    q = world.q.copy()
+    world.bring_in(lying("first", -0.1))
+    world.bring_in(lying("second", 0.1))
+    world.wait(0.3)
+    assert world.t == pytest.approx(0.4) and np.abs(world.q - q).max() < 1e-3
+    assert {placed.id: placed.location for placed in world.now().items} == {"first": "tote", "second": "tote"}
+    masses = {name: world.engine.mass(name) for name in ("first", "second")}
+    assert masses == true_masses(world.scene, world.reality, 2)
+    rested = world.engine.pose("second")
+    world.take_out("first")
+    world.wait(0.2)
+    assert [placed.id for placed in world.now().items] == ["second"]
+    assert np.abs(world.engine.pose("second") - rested).max() < 1e-4
+    assert not world.engine.has_body("first") and not world.contacts.collisions
+    world.close()

@@ -9,6 +9,7 @@
 - Coarse motions: `grasp_transit` to the grasp, and `transfer` with the item to its placement, by ways of
   `item_transfer`.
 - Release, in `placement`: at `drop_placements` from above, off a belt by `rim_drops`; else by `set_down`,
-  with `picks_back` from `floor_placements`, or from `stacked_placements` on other items.
+  with `picks_back` from `floor_placements`, from `stacked_placements` on other items, or from the
+  `stated_placement` of a query.
 - Shifts within a place: `shift_corridor` for the item as a free flyer, `shift_end` for the release.
 """

@@ -46,7 +46,7 @@ class Extraction:
         first_stretch: m, length of the first stretch.
         seed: Seed of planned ways.
         sparing: The extraction without pushing, whose ways are preferred; None if the item may push nothing.
-        further: m by which ways out of an open box lead on upwards, over items that rear up beside it.
+        further: m by which ways out of a place that is open above lead on upwards, over what is beside it.
     """
 
     place: Place
@@ -130,7 +130,7 @@ def extraction_of(problem: PickProblem) -> Extraction:
         The extraction, with the contacts allowed in the lift and after it.
     """
     if not problem.pushed:
-        return _extraction(problem, problem.contacts)
+        return replace(_extraction(problem, problem.contacts), further=problem.rise)
     return replace(
         _extraction(problem, problem.contacts),
         sparing=_extraction(problem, replace(problem.contacts, pushed=frozenset())),

@@ -11,6 +11,7 @@ from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_problem import PickProblem, once_per_problem
 from pickcli.planning.stages.floor_placements import HOVER, floor_placements
 from pickcli.planning.stages.stacked_placements import stacked_placements
+from pickcli.planning.stages.stated_placement import pick_from_stated_place
 
 SAME_TURN = 9  # decimals: orientations that differ only by rounding have the same placements
 # Axes, in the entry frame, of a tool frame below a level lance that points into the place.
@@ -32,9 +33,12 @@ def picks_back(
         tool_state: State of the tool in which the target is set down.
 
     Returns:
-        One pick for each free placement, the best first for each orientation; and why there are none in
-        other orientations.
+        One pick for each free placement, the best first for each orientation, or from the one that the query
+        states; and why there are none in other orientations.
     """
+    if problem.at is not None:
+        stated = pick_from_stated_place(problem, problem.at)
+        return ((), stated) if isinstance(stated, Failures) else ((stated,), Failures())
     found: list[PickProblem] = []
     failures = Failures()
     for R_place_item in _orientations(problem, grasp, tool_state):

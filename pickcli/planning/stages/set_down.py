@@ -69,11 +69,12 @@ def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> G
 
 
 def _leant_on(back: PickProblem) -> frozenset[str]:
-    """Return names of solids beside the item that it needs for balance; it may touch them when set down."""
+    """Return names of solids that the item is set down on, or needs for balance: it may touch them."""
     balance, item = back.contacts.supports.balance, back.target.id
     if not back.contacts.near_off_floor or not balance.stays(item):
-        return frozenset()
-    return frozenset(name for name in back.contacts.near_off_floor if not balance.stays(item, {name}))
+        return back.level_with
+    needed = {name for name in back.contacts.near_off_floor if not balance.stays(item, {name})}
+    return back.level_with | needed
 
 
 def _too_close(back: PickProblem, names: frozenset[str], where: str) -> Failures:

@@ -66,7 +66,7 @@ def stacked_placements(
             gap = scene.bound(placed) + scene.bound(below) + hover
             free += _free_on(context, scene, replace(placed, location=place.name), R, below, top, gap)
     free.sort(key=lambda at: round(float(at.T_world_item[2, 3]), 3))
-    staying = tuple(islice((at for at in free if _all_stay(scene, at)), n_most))
+    staying = tuple(islice((at for at in free if all_stay(scene, at)), n_most))
     return staying or Failures.of(no_top)
 
 
@@ -141,8 +141,16 @@ def _free_on(
             yield replace(placed, T_world_item=T_world_place @ pose(at, R=R))
 
 
-def _all_stay(scene: Scene, placement: PlacedItem) -> bool:
-    """Whether an item stays where it is released, and all others do that its place holds, with it on them."""
+def all_stay(scene: Scene, placement: PlacedItem) -> bool:
+    """Tell whether an item stays where it is released, and so do all others in its place, with it on them.
+
+    Args:
+        scene: Poses as perceived.
+        placement: The item where it is released.
+
+    Returns:
+        Whether they do; what did not keep its balance before does not count.
+    """
     beside = [p for p in scene.in_location(placement.location) if p.id != placement.id]
     before = supports_of(replace(scene, items=tuple(beside))).balance
     after = supports_of(replace(scene, items=(*beside, placement))).balance

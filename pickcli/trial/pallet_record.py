@@ -1,0 +1,103 @@
+"""The record of a trial of a pallet: what was played under which conditions, and what became of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pickcli.errors import InputError, StaleError
+from pickcli.files.bounded_reading import read_text
+from pickcli.files.file_kind import TRIAL
+from pickcli.files.json_reader import parse_json
+from pickcli.trial.pallet_station import PalletStation
+from pickcli.trial.pallet_trial import PalletTrialRequest, PlayedPallet
+from pickcli.trial.trial_record import MAX_BYTES, package_versions
+
+FORMAT = "apc-pallet-trial"
+VERSION = 1
+COUNTS = "ordered", "placed", "collisions", "limit_violations", "stops"
+KEYS = frozenset((*COUNTS, "score", "collapsed", "boxes_per_hour", "aside_m", "cartons", "left"))
+
+
+def pallet_record(
+    request: PalletTrialRequest, station: PalletStation, played: PlayedPallet, name: str, sha256: str
+) -> dict[str, Any]:
+    """Return the record as JSON values; all but ``statistics`` is a function of stack, conditions and seed.
+
+    Args:
+        request: The stack and the conditions.
+        station: The cell.
+        played: The played trial.
+        name: Name of the file of the order or stack.
+        sha256: Digest of that file as it was read.
+
+    Returns:
+        Values by name.
+    """
+    cell = station.cell
+    return {
+        **played.result.record(),
+        "noise": request.noise.figures,
+        "reality": request.reality.as_dict(),
+        "made_from": {
+            "format": FORMAT,
+            "version": VERSION,
+            "pallet": name,
+            "pallet_sha256": sha256,
+            "seed": request.seed,
+            "cell": cell.name,
+            "cell_fingerprint": cell.scene_fingerprint,
+            "versions": package_versions(),
+        },
+    }
+
+
+def is_pallet_record(path: Path) -> bool:
+    """Tell whether a record is one of a trial of a pallet.
+
+    Args:
+        path: The file.
+
+    Returns:
+        True by the format that it states.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    made = _made_from(_parsed(path))
+    return made.get("format") == FORMAT
+
+
+def read_pallet_record(path: Path) -> dict[str, Any]:
+    """Read the record of a trial of a pallet.
+
+    Args:
+        path: The file.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: The file cannot be read, or is no such record.
+        StaleError: It has another version of the format.
+    """
+    record = _parsed(path)
+    made = _made_from(record)
+    if made.get("format") != FORMAT:
+        raise InputError(f"{path}: made_from.format is not {FORMAT!r}: no record of a pallet; play one")
+    if made.get("version") != VERSION:
+        raise StaleError(f"{path}: is of version {made.get('version')}, not {VERSION}; play the trial again")
+    lacking = KEYS - record.keys()
+    if lacking:
+        raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
+    return record
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    found = parse_json(read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path))
+    return found if isinstance(found, dict) else {}
+
+
+def _made_from(record: dict[str, Any]) -> dict[str, Any]:
+    made = record.get("made_from")
+    return made if isinstance(made, dict) else {}
