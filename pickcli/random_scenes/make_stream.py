@@ -1,7 +1,8 @@
 """Draws a random stream: items that come along a conveyor one after the other.
 
-Items are drawn from those that the tool can hold by their top: by a share of full vacuum that bears
-``RESERVE`` times their weight. They stand on one of their sides, turned at random.
+Items are drawn from those that the tool can take from above as they stand: a cup by a share of full vacuum
+that bears ``RESERVE`` times their weight, fingers by places that bear it, with room beside the item and over
+the belt. They stand on one of their sides, turned at random.
 """
 
 from __future__ import annotations
@@ -14,9 +15,14 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.item import LEAST_SHARE, Item
 from pickcli.cell.station import Carrier
 from pickcli.cell.tool import Tool
-from pickcli.errors import InputError, UnknownNameError
+from pickcli.errors import Failures, InputError, UnknownNameError
 from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
+from pickcli.grasping.search import USUAL
 from pickcli.grasping.surfaces import wide_faces
+from pickcli.planning.pick_problem import PickProblem, PickQuery
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.extraction import CorridorSet, extraction_of
+from pickcli.planning.stages.tool_clearance import with_tool_clearance
 from pickcli.random_scenes.stable_poses import StablePose, stable_poses
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.scene.scene import PoseNoise
@@ -25,8 +31,9 @@ from pickcli.seeds import derived_rng
 
 YEAR = 2016  # of the items
 RESERVE = (
-    4.0  # times the weight that the cup pulls at least: for acceleration, bending, and items off their pose
+    4.0  # times the weight that the tool bears at least: for acceleration, bending, and items off their pose
 )
+SEEN = PoseNoise(0.002, float(np.radians(1.0)))  # errors of poses, with which fingers have to have room
 LANES = 0.13  # m that the middle of an item is off the middle of the belt at most
 FROM_EDGE = 0.01  # m between an item and the edge of the belt, at least
 
@@ -97,7 +104,7 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
             f"--speed {request.speed:g}: conveyor {name} runs at {belt.max_speed:g} m/s at most; take less"
         )
     rng = derived_rng("stream", name, seed)
-    kinds = _held_by_their_top(cell, belt.width)
+    kinds = _taken_from_above(cell, name)
     riding: list[RidingItem] = []
     counts: dict[str, int] = {}
     front, rear, first_rear = 0.0, 0.0, 0.0  # m along the belt, of the item, from the front of the first one
@@ -128,23 +135,40 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
     return ItemStream(cell, name, request.speed, 0.0, PoseNoise(), tuple(riding), seed)
 
 
-def _held_by_their_top(cell: Cell, width: float) -> list[tuple[Item, tuple[StablePose, ...]]]:
-    """Return the items whose top takes the whole cup, each with the sides on which they stand then."""
-    grip = cell.robot.tool.grip
-    pull = float(grip.limit_figures().get("max_pull", np.inf))  # fingers hold by no face
+def _taken_from_above(cell: Cell, conveyor: str) -> list[tuple[Item, tuple[StablePose, ...]]]:
+    """Return the items that the tool takes from above, each with the sides on which they stand then."""
+    belt = cell.carriers[conveyor].conveyor
+    assert belt is not None
+    is_taken = _is_sealed if cell.robot.tool.grip.holds_by_vacuum else _is_pinched
     found = []
     for (_, year), item in sorted(cell.items.items(), key=lambda known: known[0]):
-        sides = tuple(
-            side
-            for side, _ in stable_poses(item)
-            if not (side.is_on_edge or side.can_roll)
-            and (share := _seal_of_top(item, side, cell.robot.tool)) >= LEAST_SHARE
-            and share * pull >= RESERVE * GRAVITY * item.heaviest
-            and float(np.hypot(*item.shape.extents[:2])) <= width - 2.0 * FROM_EDGE
-        )
-        if year == YEAR and sides:
-            found.append((item, sides))
+        if year != YEAR or float(np.hypot(*item.shape.extents[:2])) > belt.width - 2.0 * FROM_EDGE:
+            continue
+        standing = (side for side, _ in stable_poses(item) if not (side.is_on_edge or side.can_roll))
+        sides = tuple(side for side in standing if is_taken(cell, conveyor, item, side))
+        found += [(item, sides)] if sides else []
     return found
+
+
+def _is_sealed(cell: Cell, conveyor: str, item: Item, side: StablePose) -> bool:
+    """Whether the item's top takes the whole cup, which bears it with its reserve."""
+    share, limits = _seal_of_top(item, side, cell.robot.tool), cell.robot.tool.grip.limits
+    return share >= LEAST_SHARE and share * limits.max_pull >= RESERVE * GRAVITY * item.heaviest
+
+
+def _is_pinched(cell: Cell, conveyor: str, item: Item, side: StablePose) -> bool:
+    """Whether fingers have room to pinch the item from above, alone on the belt, with their reserve."""
+    carrier = cell.carriers[conveyor]
+    assert carrier.conveyor is not None
+    middle = sum(carrier.conveyor.window) / 2.0
+    T = pose((middle, 0.0, float(item.shape.reach(side.R_up_item)[2])), R=side.R_up_item)
+    alone = ItemStream(cell, conveyor, 0.0, 0.0, SEEN, (RidingItem(item.name, item, 0.0, T),))
+    context, place = PlanningContext(cell), next(iter(carrier.places))
+    problem = PickProblem.of(context, alone.scene_at(0.0), PickQuery(place, item.name, place), 0)
+    rng = derived_rng("pinched from above", item.name)
+    found = context.method.sample(problem.grasp_target, rng, USUAL, 1.0 / RESERVE)
+    ways_out = extraction_of(problem).transforms(CorridorSet.FEW)
+    return not isinstance(ways_out, Failures) and bool(with_tool_clearance(problem, found, ways_out)[0])
 
 
 def _seal_of_top(item: Item, side: StablePose, tool: Tool) -> float:
@@ -152,8 +176,7 @@ def _seal_of_top(item: Item, side: StablePose, tool: Tool) -> float:
     up = side.R_up_item[2]
     axis = int(np.argmax(np.abs(up)))
     top = f"{'+' if up[axis] > 0.0 else '-'}{'xyz'[axis]}"
-    is_wide = not tool.grip.holds_by_vacuum or any(face.name == top for face in wide_faces(item, tool))
-    return item.seals.get(top, 0.0) if is_wide else 0.0
+    return item.seals.get(top, 0.0) if any(face.name == top for face in wide_faces(item, tool)) else 0.0
 
 
 def _standing(item: Item, side: StablePose, width: float, rng: np.random.Generator) -> Array:
