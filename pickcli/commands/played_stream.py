@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 RECORD = "trial.json"
 FEW = 8  # reasons that are printed
 OF_ORDERS = (
-    "strategy_name", "stow_rule", "pod_shift", "arm", "live", "live_port", "with_plans", "learn", "sift",
+    "strategy_name", "stow_rule", "pod_shift", "live", "live_port", "with_plans", "learn", "sift",
 )  # fmt: skip
 
 
@@ -58,12 +58,14 @@ def play_stream_file(
 
     Raises:
         UsageError: An option was stated that applies to orders only.
-        InputError: A file cannot be read or written.
+        InputError: A file cannot be read or written, or the cell has no place to bring items to.
         TrialAbortedError: Something collided, or a limit was broken.
     """
+    from pickcli.cell.cell_file import load_workcell
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.belt_camera import BeltCamera
+    from pickcli.trial.stream_arms import destination_of
     from pickcli.trial.stream_record import stream_record
     from pickcli.trial.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
     from pickcli.trial.trial_folder import refuse_existing_folder
@@ -77,7 +79,9 @@ def play_stream_file(
     arms = ArmRequest(items=options.items_path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     stream = StreamOptions(path, None).stream(options.cell_name if is_named else None, arms)
-    _ = stream.cell.home  # refused before any work if the cell has none
+    cells = options.cells(load_workcell(str(stream.cell.path), options.items_path))
+    for cell in cells:
+        destination_of(cell)  # refused before any work if the cell has none
     is_exact = options.perception == "truth"
     request = StreamTrialRequest(
         stream,
@@ -87,9 +91,9 @@ def play_stream_file(
         read_reality(options.reality_path),
         seed,
     )
-    (planning,) = options.planning_contexts([stream.cell])
+    contexts = options.planning_contexts(cells)
     with stage("trial"), progress("playing") as report:
-        result = play_stream(request, planning, report)
+        result = play_stream(request, contexts, report)
     record = stream_record(request, result, path.name, digest)
     folder.mkdir(parents=True, exist_ok=True)
     write_record(folder / RECORD, record, overwrite)
@@ -130,7 +134,7 @@ def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
     if record["offset_m"] is not None:
         offset, slip = record["offset_m"], record["slip_m_s"]
         lines.append(
-            f"cup off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
+            f"tool off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
             f"{1e3 * slip['p95']:.1f} mm/s along the belt in 95 of 100 picks"
         )
     others = [each for each in result.items if str(each.outcome) != "delivered"]

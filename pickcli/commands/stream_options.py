@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, open_cell
+from pickcli.commands.arm_options import ArmRequest, open_alike, open_cell
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, FiniteRange
 from pickcli.commands.options import passed_as, refuse_output
@@ -58,7 +58,7 @@ class StreamOptions:
 
         Args:
             cell_name: Name or folder of the cell; None for the one that the stream names.
-            arms: The arms stated on the command line.
+            arms: The arms stated on the command line; without any, the cell is that of the preferred arm.
 
         Returns:
             The stream.
@@ -71,8 +71,9 @@ class StreamOptions:
 
         assert self.stream_path is not None
         with stage("reading of the stream"):
-            cell = None if cell_name is None else open_cell(cell_name, arms)
-            return read_stream(self.stream_path, cell, partial(open_cell, request=arms))
+            opened = open_cell if arms.is_of_plan or arms.configurations else open_alike
+            cell = None if cell_name is None else opened(cell_name, arms)
+            return read_stream(self.stream_path, cell, partial(opened, request=arms))
 
     def scene_of(self, plan: Plan, cell_name: str | None, arms: ArmRequest) -> Scene:
         """Read the stream that a plan was made for, and return what is on the belt when the plan starts.
