@@ -7,7 +7,7 @@ the belt. They stand on one of their sides, turned at random.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from pickcli.errors import Failures, InputError, UnknownNameError
 from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
 from pickcli.grasping.search import USUAL
 from pickcli.grasping.surfaces import wide_faces
+from pickcli.planning.arm_intercept import DEVIATION
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
@@ -104,7 +105,7 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
             f"--speed {request.speed:g}: conveyor {name} runs at {belt.max_speed:g} m/s at most; take less"
         )
     rng = derived_rng("stream", name, seed)
-    kinds = _taken_from_above(cell, name)
+    kinds = _taken_from_above(cell, name, DEVIATION if request.speed > 0.0 else 0.0)
     riding: list[RidingItem] = []
     counts: dict[str, int] = {}
     front, rear, first_rear = 0.0, 0.0, 0.0  # m along the belt, of the item, from the front of the first one
@@ -135,8 +136,11 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
     return ItemStream(cell, name, request.speed, 0.0, PoseNoise(), tuple(riding), seed)
 
 
-def _taken_from_above(cell: Cell, conveyor: str) -> list[tuple[Item, tuple[StablePose, ...]]]:
-    """Return the items that the tool takes from above, each with the sides on which they stand then."""
+def _taken_from_above(cell: Cell, conveyor: str, off: float) -> list[tuple[Item, tuple[StablePose, ...]]]:
+    """Return the items that the tool takes from above, each with the sides on which they stand then.
+
+    off: m by which the belt may be off
+    """
     belt = cell.carriers[conveyor].conveyor
     assert belt is not None
     is_taken = _is_sealed if cell.robot.tool.grip.holds_by_vacuum else _is_pinched
@@ -145,24 +149,25 @@ def _taken_from_above(cell: Cell, conveyor: str) -> list[tuple[Item, tuple[Stabl
         if year != YEAR or float(np.hypot(*item.shape.extents[:2])) > belt.width - 2.0 * FROM_EDGE:
             continue
         standing = (side for side, _ in stable_poses(item) if not (side.is_on_edge or side.can_roll))
-        sides = tuple(side for side in standing if is_taken(cell, conveyor, item, side))
+        sides = tuple(side for side in standing if is_taken(cell, conveyor, item, side, off))
         found += [(item, sides)] if sides else []
     return found
 
 
-def _is_sealed(cell: Cell, conveyor: str, item: Item, side: StablePose) -> bool:
+def _is_sealed(cell: Cell, conveyor: str, item: Item, side: StablePose, off: float) -> bool:
     """Whether the item's top takes the whole cup, which bears it with its reserve."""
     share, limits = _seal_of_top(item, side, cell.robot.tool), cell.robot.tool.grip.limits
     return share >= LEAST_SHARE and share * limits.max_pull >= RESERVE * GRAVITY * item.heaviest
 
 
-def _is_pinched(cell: Cell, conveyor: str, item: Item, side: StablePose) -> bool:
+def _is_pinched(cell: Cell, conveyor: str, item: Item, side: StablePose, off: float) -> bool:
     """Whether fingers have room to pinch the item from above, alone on the belt, with their reserve."""
     carrier = cell.carriers[conveyor]
     assert carrier.conveyor is not None
     middle = sum(carrier.conveyor.window) / 2.0
     T = pose((middle, 0.0, float(item.shape.reach(side.R_up_item)[2])), R=side.R_up_item)
-    alone = ItemStream(cell, conveyor, 0.0, 0.0, SEEN, (RidingItem(item.name, item, 0.0, T),))
+    seen = replace(SEEN, position=SEEN.position + off)
+    alone = ItemStream(cell, conveyor, 0.0, 0.0, seen, (RidingItem(item.name, item, 0.0, T),))
     context, place = PlanningContext(cell), next(iter(carrier.places))
     problem = PickProblem.of(context, alone.scene_at(0.0), PickQuery(place, item.name, place), 0)
     rng = derived_rng("pinched from above", item.name)

@@ -50,7 +50,8 @@ class MeetingWatch:
         tip, last = world.tip, world.robot.tool.last_link
         off = inverse(self.T_item_tip) @ inverse(world.engine.pose(self.item)) @ tip
         linear, _ = world.engine.relative_velocity(self.item, ROBOT, last, tip[:3, 3])
-        if self.t_rests is None and off[2, 3] > -TOUCH and abs(float(linear @ tip[:3, 2])) < RESTING:
+        is_there = off[2, 3] > -TOUCH and abs(float(linear @ tip[:3, 2])) < RESTING
+        if self.t_rests is None and (is_there or self.t_held is not None):
             self.t_rests = world.t
         if self.t_rests is None:
             return
