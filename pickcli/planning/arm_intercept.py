@@ -49,7 +49,7 @@ EVERY = 0.2  # s between contacts that are tried
 PACED_COMING = 0.9  # of the limits for the way to the belt, whose time is that of the belt
 FOLLOWING = 0.5  # of the limits of acceleration and jerk, by which the arm comes up to the belt's speed
 LEAST_RAMP = 0.25  # s
-LONGER = (1.0, 1.5, 2.2)  # times that ramp, until no joint is too slow for it
+LONGER = (1.2, 2.0)  # times that ramp, until no joint is too slow for it
 # m by which the belt may be off the plan while the arm follows it. Fingers pass the item on both sides, and
 # need that room beside it, too.
 DEVIATION = 0.005

@@ -24,9 +24,7 @@ from pickcli.timing.line_tracking import SAME_TIME, TrackedMotion
 
 STEP = 0.02  # s between points of the motion at most
 NEARBY = 1e-4  # s over which accelerations are differences of velocities
-LEAST_PIVOT = (
-    1e-4  # of the determinant of the scaled Jacobian's square: nearer to singular, joints are too fast
-)
+FASTEST = 3.0  # times the limit of a joint, from which on an arm counts as singular
 
 
 _Row: TypeAlias = tuple[Array, Array, Array]
@@ -134,20 +132,21 @@ class ArmTracking:
         second = self._rate(middle, q + h / 2.0 * first)
         third = self._rate(middle, q + h / 2.0 * second)
         last = self._rate(there, q + h * third)
-        q = q + h / 6.0 * (first + 2.0 * second + 2.0 * third + last)
-        if not np.isfinite(q).all():
-            return Reason("singular", "", "two axes are in line")
-        q = q + self._inverse(q) @ self._error(there[1], q)
-        limits = self.arm.limits
+        rate, limits = (first + 2.0 * second + 2.0 * third + last) / 6.0, self.arm.limits
+        if not np.abs(rate / limits.velocity).max() <= FASTEST:
+            return Reason("singular", "", "joints would be many times too fast")
+        q = q + h * rate
+        q = q + self._least(self.arm.jacobian(q, self.tool_state), self._error(there[1], q))
         beyond = np.maximum(limits.lower + LIMIT_MARGIN - q, q - limits.upper + LIMIT_MARGIN)
         if not beyond.max() <= 0.0:
             return Reason("joint limit", "", self.arm.names[int(np.argmax(beyond))])
         return np.asarray(q)
 
     def _rate(self, wanted: _Row, q: Array) -> Array:
-        """Joint velocities (n,) at a configuration (n,); not finite near singular ones."""
+        """Joint velocities (n,) at a configuration (n,); not finite in a singular one."""
         own, _, twist = wanted
-        return np.asarray(own + self._inverse(q) @ (twist - self.arm.jacobian(q, self.tool_state) @ own))
+        J = self.arm.jacobian(q, self.tool_state)
+        return own + self._least(J, twist - J @ own)
 
     def _accelerations(self, times: Array, Q: Array, dQ: Array) -> Array:
         """Joint accelerations (N, n) along the motion, as differences of velocities."""
@@ -162,15 +161,13 @@ class ArmTracking:
             found[k] = change / (high - low)
         return found
 
-    def _inverse(self, q: Array) -> Array:
-        """Inverse (n, 6) of the Jacobian, whose joint velocities are least by their limits."""
-        J, weights = self.arm.jacobian(q, self.tool_state), self.arm.limits.velocity**2
-        square = (J * weights) @ J.T
-        scale = np.sqrt(np.diag(square))
-        scaled = square / np.outer(scale, scale)
-        if np.linalg.det(scaled) < LEAST_PIVOT:
-            return np.full((len(q), 6), np.nan)
-        return np.asarray((weights[:, None] * J.T) @ np.linalg.inv(square))
+    def _least(self, J: Array, twist: Array) -> Array:
+        """Joint velocities (n,), least by their limits, that give the tool a twist (6,); J: (6, n)."""
+        weighted = J * self.arm.limits.velocity**2
+        try:
+            return np.asarray(weighted.T @ np.linalg.solve(weighted @ J.T, twist))
+        except np.linalg.LinAlgError:
+            return np.full(J.shape[1], np.nan)
 
     def _error(self, wanted: Array, q: Array) -> Array:
         """Way (6,) from the tool at a configuration (n,) to a pose (4, 4)."""
