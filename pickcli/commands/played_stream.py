@@ -32,15 +32,24 @@ def is_stream(path: Path) -> bool:
     """Tell whether a path names a stream.
 
     Args:
-        path: File of an order or a stream, or the name of an order.
+        path: File of an order or a stream, or the name of one under data/tasks.
 
     Returns:
-        True for the file of a stream.
+        True for a stream.
     """
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import STREAM
 
+    path = _file_of(path)
     return path.is_file() and read_kind(path) is STREAM
+
+
+def _file_of(path: Path) -> Path:
+    """Return the file of a path, or that of a name under data/tasks, which need not exist."""
+    from pickcli.cell.data_path import data_path
+
+    is_name = len(path.parts) == 1 and not path.suffix and not path.exists()
+    return data_path() / "tasks" / f"{path.name}.json" if is_name else path
 
 
 def play_stream_file(
@@ -49,7 +58,7 @@ def play_stream_file(
     """Play the trial of a stream, write its record, and print what became of the items.
 
     Args:
-        path: File of the stream.
+        path: File of the stream, or its name under data/tasks.
         folder: Folder of the record.
         overwrite: Whether an existing record may be replaced.
         options: The options of the command.
@@ -72,6 +81,7 @@ def play_stream_file(
     from pickcli.trial.trial_record import write_record
 
     _refuse_options_of_orders(options)
+    path = _file_of(path)
     refuse_existing_folder(folder, overwrite)
     refuse_reading(folder / RECORD, path, *options.inputs)
     context = click.get_current_context()

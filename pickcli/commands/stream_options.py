@@ -109,6 +109,8 @@ class StreamOptions:
         if tracking is not None and self.now is not None and abs(self.now - starts) > SAME_TIME:
             fault = f"--now {self.now:g}: the plan starts at {starts:g} s of its stream"
             raise StaleError(f"{fault}; leave --now out, or plan it again")
+        if plan.grasp is not None and plan.grasp.item in {riding.id for riding in stream.items}:
+            stream = stream.presenting(plan.grasp.item)
         return stream.scene_at(starts if self.now is None else self.now)
 
 
@@ -159,6 +161,7 @@ def plan_from_stream(
     stream, now = request.stream(options.cell_name, options.arms()), request.now or 0.0
     if item not in (ids := [riding.id for riding in stream.items]):
         raise UnknownNameError("item", item, ids, str(request.stream_path))
+    stream = stream.presenting(item)
     scene = stream.scene_at(now)
     query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))
     start = options.begin(scene)

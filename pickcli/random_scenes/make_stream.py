@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.conveyor import Conveyor
 from pickcli.cell.item import LEAST_SHARE, Item
 from pickcli.cell.station import Carrier
 from pickcli.cell.tool import Tool
@@ -47,11 +48,15 @@ class StreamRequest:
         n_items: Number of items.
         speed: m/s of the belt.
         gap: m, least and greatest distance along the belt between the end of one item and the next.
+        one_by_one: Whether each is set down, on a belt that stands, when the one before is gone.
+        within: m from the infeed, between which they are set down so; None for the window.
     """
 
     n_items: int
     speed: float
     gap: tuple[float, float]
+    one_by_one: bool = False
+    within: tuple[float, float] | None = None
 
 
 def conveyors(cell: Cell) -> dict[str, Carrier]:
@@ -79,7 +84,7 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
     """Draw a stream.
 
     The first item enters the belt at 0 s, wholly past its infeed. On a belt that stands, the items lie within
-    its window, the first one farthest from the infeed.
+    its window, the first one farthest from the infeed; or are set down one by one, anywhere within it.
 
     Args:
         cell: The cell with the conveyor.
@@ -100,6 +105,7 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
         raise UnknownNameError("conveyor", name, list(belts))
     belt = belts[name].conveyor
     assert belt is not None
+    _refuse_one_by_one(request, belt)
     if request.speed > belt.max_speed:
         raise InputError(
             f"--speed {request.speed:g}: conveyor {name} runs at {belt.max_speed:g} m/s at most; take less"
@@ -112,6 +118,10 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
     for k in range(request.n_items):
         item, sides = kinds[int(rng.integers(len(kinds)))]
         T = _standing(item, sides[int(rng.integers(len(sides)))], belt.width, rng)
+        if request.one_by_one:
+            T[0, 3], stamp = rng.uniform(*(request.within or belt.window)), 0.0
+            riding.append(_named(item, stamp, T, counts))
+            continue
         reach, gap = float(item.shape.reach(T[:3, :3])[0]), float(rng.uniform(*request.gap))
         front = rear - gap if k else 0.0
         rear = front - 2.0 * reach
@@ -130,10 +140,29 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
                 f"--speed {request.speed:g}: item {k + 1} of {request.n_items} enters at {stamp:.3g} s, "
                 f"streams last {MAX_TIME:g} s at most; take a higher speed, or fewer items"
             )
-        counts[item.name] = counts.get(item.name, 0) + 1
-        n = counts[item.name]
-        riding.append(RidingItem(item.name if n == 1 else f"{item.name}#{n}", item, stamp, T))
-    return ItemStream(cell, name, request.speed, 0.0, PoseNoise(), tuple(riding), seed)
+        riding.append(_named(item, stamp, T, counts))
+    return ItemStream(cell, name, request.speed, 0.0, PoseNoise(), tuple(riding), seed, request.one_by_one)
+
+
+def _named(item: Item, stamp: float, T_belt_item: Array, counts: dict[str, int]) -> RidingItem:
+    """Return an item with an id of its own; the counts of each name so far grow by it."""
+    counts[item.name] = n = counts.get(item.name, 0) + 1
+    return RidingItem(item.name if n == 1 else f"{item.name}#{n}", item, stamp, T_belt_item)
+
+
+def _refuse_one_by_one(request: StreamRequest, belt: Conveyor) -> None:
+    """Raise InputError for items one by one on a belt that runs, or beyond its ends."""
+    if request.one_by_one and request.speed > 0.0:
+        raise InputError("--one-by-one: items are set down so on a belt that stands; take --speed 0")
+    if request.within is None:
+        return
+    if not request.one_by_one:
+        raise InputError("--within: states where items are set down one by one; add --one-by-one")
+    low, high = request.within
+    if not 0.0 <= low <= high <= belt.length:
+        raise InputError(
+            f"--within {low:g},{high:g}: the belt is {belt.length:g} m long; take 0 <= LO <= HI up to that"
+        )
 
 
 def _taken_from_above(cell: Cell, conveyor: str, off: float) -> list[tuple[Item, tuple[StablePose, ...]]]:

@@ -240,8 +240,9 @@ class _StreamTrial:
         )
 
     def _riding(self) -> ItemStream:
-        """Return the true stream of the items that are still open."""
-        return replace(self.stream, items=tuple(item.riding for item in self.open.values()))
+        """Return the true stream of the items that are still open; of one by one, the first of them."""
+        items = tuple(item.riding for item in self.open.values())
+        return replace(self.stream, items=items[:1] if self.stream.one_by_one else items)
 
     def _perceived(self) -> ItemStream:
         """Perceive what was on the belt when the query had to begin, with errors of poses and speed.
