@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, open_alike, open_cell
+from pickcli.commands.arm_options import ArmRequest, open_alike, open_cell, seen_by_others
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, FiniteRange
 from pickcli.commands.options import passed_as, refuse_output
@@ -18,6 +18,7 @@ from pickcli.commands.plan_verification import timed_certifier
 
 if TYPE_CHECKING:
     from pickcli.commands.plan_options import PlanOptions
+    from pickcli.errors import NoPlanError
     from pickcli.motion.plan import Plan
     from pickcli.scene.item_stream import ItemStream
     from pickcli.scene.scene import Scene
@@ -139,10 +140,12 @@ def plan_from_stream(
 ) -> None:
     """Plan the pick of an item that rides on a conveyor, and write the plan.
 
+    Of several arms, if none is named, the one does it whose plan ends first.
+
     Args:
         request: The stream and its time.
         item: Id of the item; None if not stated.
-        into: Destination; None for the tote, or the only other place.
+        into: Destination; None for the tote.
         options: The options of the command.
 
     Raises:
@@ -150,7 +153,7 @@ def plan_from_stream(
         NoPlanError: The item cannot be met, with every reason.
     """
     from pickcli.commands.stated_pick import destination
-    from pickcli.errors import UnknownNameError
+    from pickcli.errors import NoPlanError, UnknownNameError
     from pickcli.planning.belt_query import InterceptQuery
     from pickcli.planning.intercept import plan_intercept
 
@@ -164,8 +167,21 @@ def plan_from_stream(
     stream = stream.presenting(item)
     scene = stream.scene_at(now)
     query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))
-    start = options.begin(scene)
-    with options.session(stream.cell) as session:
-        certify = None if options.no_verify else timed_certifier(scene)
-        plan = plan_intercept(session.context, stream, query, start, options.seed, certify)
-        options.deliver(plan, scene, is_judged=True)
+    plans: list[tuple[Plan, Scene]] = []
+    failed: list[tuple[str, NoPlanError]] = []
+    for seen in (scene, *seen_by_others(scene, options.arms())):
+        riding, start = replace(stream, cell=seen.cell), options.begin(seen)
+        with options.session(seen.cell) as session:
+            certify = None if options.no_verify else timed_certifier(seen)
+            try:
+                plan = plan_intercept(session.context, riding, query, start, options.seed, certify)
+            except NoPlanError as error:
+                failed.append((f"arm {seen.cell.arm}", error))
+            else:
+                plans.append((plan, seen))
+    if not plans and len(failed) == 1:
+        raise failed[0][1]
+    if not plans:
+        raise NoPlanError.of_alternatives(failed[0][1].query, failed)
+    first, seen = min(plans, key=lambda planned: planned[0].trajectory.duration)
+    options.deliver(first, seen, is_judged=True)

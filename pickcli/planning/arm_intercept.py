@@ -30,19 +30,19 @@ from pickcli.planning.assembly.followed_stitching import (
 )
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tracked_stitching import TimedTaking
-from pickcli.planning.belt_query import InterceptQuery, QueriedBelt
+from pickcli.planning.belt_query import InterceptQuery, QueryBelt
 from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.belt_pace import line_pace, paced_lines
 from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
+from pickcli.planning.stages.line_pace import line_pace, paced_lines
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
 from pickcli.timing.line_tracking import ramp_time
 
-SOONEST = 1.5  # s from the start until the first contact that is tried: no arm is quicker
+SOONEST = 1.5  # s from the start until the first contact that is tried: a rule, not a proof
 LEFT_BEFORE = "leaves the window before it is lifted"
 LEAST_LEFT = 1.0  # s until the item leaves the window, from which on no later contact is tried
 EVERY = 0.2  # s between contacts that are tried
@@ -60,7 +60,7 @@ class _Asked:
     """A query, with what it is planned by."""
 
     context: PlanningContext
-    belt: QueriedBelt
+    belt: QueryBelt
     picked: PickQuery
     start: Start
     seed: int
@@ -70,7 +70,7 @@ class _Asked:
 
 def plan_arm_intercept(
     context: PlanningContext,
-    belt: QueriedBelt,
+    belt: QueryBelt,
     query: InterceptQuery,
     start: Start,
     seed: int = 0,
@@ -95,6 +95,8 @@ def plan_arm_intercept(
     """
     began, stream = time.perf_counter(), belt.stream
     place = next(iter(stream.carrier.places))
+    if (late := why_too_late(context, belt, query)) is not None:
+        raise late
     standing = context.checker_for(belt.start, Mode(start.tool_state))
     if not standing.is_valid(start.q):
         raise NoPlanError(query.label(place), [standing.explain(start.q).at("start")])
@@ -118,11 +120,33 @@ def plan_arm_intercept(
     raise NoPlanError(query.label(place), failures)
 
 
-def _contacts(context: PlanningContext, belt: QueriedBelt) -> Iterator[float]:
-    """Yield the s at which contacts are tried, the soonest first."""
+def why_too_late(context: PlanningContext, belt: QueryBelt, query: InterceptQuery) -> NoPlanError | None:
+    """Say that an item leaves the window before the first contact that is tried.
+
+    Args:
+        context: The cell.
+        belt: The belt as the query sees it.
+        query: The requested pick.
+
+    Returns:
+        The error; None if there is time to try.
+    """
+    if (late := _soonest(context, belt) - belt.last) <= 0.0:
+        return None
+    reason = Reason("too late", query.item, f"by {1e3 * late:.0f} ms for the first contact that is tried")
+    return NoPlanError(query.label(next(iter(belt.stream.carrier.places))), [reason])
+
+
+def _soonest(context: PlanningContext, belt: QueryBelt) -> float:
+    """S from the start until the first contact that is tried."""
     pumps = (each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP)
-    t = max(belt.first, SOONEST, *pumps)
-    while t < belt.last:
+    return max(belt.first, SOONEST, *pumps)
+
+
+def _contacts(context: PlanningContext, belt: QueryBelt) -> Iterator[float]:
+    """Yield the s at which contacts are tried, the soonest first."""
+    t = _soonest(context, belt)
+    while t <= belt.last:
         yield t
         t += EVERY
 

@@ -43,7 +43,7 @@ class InterceptQuery:
 
 
 @dataclass(frozen=True, eq=False)
-class QueriedBelt:
+class QueryBelt:
     """The belt as one query sees it; times are from the start of the plan.
 
     Attributes:
@@ -63,7 +63,7 @@ class QueriedBelt:
     deviation: float = field(default=DEVIATION, kw_only=True)
 
     @classmethod
-    def of(cls, stream: ItemStream, scene: Scene, query: InterceptQuery) -> QueriedBelt:
+    def of(cls, stream: ItemStream, scene: Scene, query: InterceptQuery) -> QueryBelt:
         """Describe the belt for a query.
 
         Args:

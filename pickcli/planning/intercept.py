@@ -23,19 +23,19 @@ from pickcli.kinematics.arm import LIMIT_MARGIN
 from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import Certify, Plan
 from pickcli.path_planning.path_cost import estimated_duration
-from pickcli.planning.arm_intercept import plan_arm_intercept
+from pickcli.planning.arm_intercept import plan_arm_intercept, why_too_late
 from pickcli.planning.assembly.carried_motion import carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tracked_stitching import Arrival, Meeting, Ramp, TimedTaking, stitch_tracked
-from pickcli.planning.belt_query import InterceptQuery, QueriedBelt
+from pickcli.planning.belt_query import InterceptQuery, QueryBelt
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.belt_pace import line_pace, paced_lines
 from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
+from pickcli.planning.stages.line_pace import line_pace, paced_lines
 from pickcli.planning.stages.reach_table import BeltTimes, least_times, too_late_by
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
@@ -56,7 +56,7 @@ MOST_MEETINGS = 8  # that are tried for one grasp
 
 
 @dataclass(frozen=True, eq=False)
-class _Belt(QueriedBelt):
+class _Belt(QueryBelt):
     """The belt, and the axis along it.
 
     axis: index of the joint along the belt
@@ -113,7 +113,7 @@ def plan_intercept(
     if stream.speed == 0.0:
         return plan_pick(context, scene, picked, start, seed, certify=certify)
     if linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0]) is None:
-        return plan_arm_intercept(context, QueriedBelt.of(stream, scene, query), query, start, seed, certify)
+        return plan_arm_intercept(context, QueryBelt.of(stream, scene, query), query, start, seed, certify)
     belt = _belt_in_time(context, stream, scene, query, start)
     standing = context.checker_for(scene, Mode(start.tool_state))
     if not standing.is_valid(start.q):
@@ -155,9 +155,8 @@ def why_never(
     scene = stream.scene_at(query.now)
     try:
         if linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0]) is None:
-            QueriedBelt.of(stream, scene, query)
-        else:
-            _belt_in_time(context, stream, scene, query, start)
+            return why_too_late(context, QueryBelt.of(stream, scene, query), query)
+        _belt_in_time(context, stream, scene, query, start)
     except NoPlanError as error:
         return error
     return None
@@ -266,7 +265,7 @@ def _least_time(context: PlanningContext, segments: Sequence[MotionSegment]) -> 
 
 def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: InterceptQuery) -> _Belt:
     """Describe the belt for a query; raise NoPlanError if the item cannot be reached at any time."""
-    queried = QueriedBelt.of(stream, scene, query)
+    queried = QueryBelt.of(stream, scene, query)
     found = linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0])
     assert found is not None
     axis, direction = found

@@ -11,6 +11,7 @@ from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.stream_result import MeetingRecord
 
 TOUCH = 0.001  # m of the tool from its planned place, along its axis, within which it is at the item
+NEAR = 0.03  # m of the tool from that place across its axis, beyond which it is not on its way there
 RESTING = 0.003  # m/s of the tool along its axis relative to the item, below which it rests there
 
 
@@ -50,7 +51,8 @@ class MeetingWatch:
         tip, last = world.tip, world.robot.tool.last_link
         off = inverse(self.T_item_tip) @ inverse(world.engine.pose(self.item)) @ tip
         linear, _ = world.engine.relative_velocity(self.item, ROBOT, last, tip[:3, 3])
-        is_there = off[2, 3] > -TOUCH and abs(float(linear @ tip[:3, 2])) < RESTING
+        is_over = float(np.hypot(off[0, 3], off[1, 3])) < NEAR
+        is_there = is_over and off[2, 3] > -TOUCH and abs(float(linear @ tip[:3, 2])) < RESTING
         if self.t_rests is None and (is_there or self.t_held is not None):
             self.t_rests = world.t
         if self.t_rests is None:

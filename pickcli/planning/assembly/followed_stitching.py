@@ -29,7 +29,7 @@ from pickcli.planning.assembly.proven_timing import BETWEEN
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven, why_not_swept
 from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.assembly.tracked_stitching import (
-    SegmentProof,
+    SceneSegment,
     TimedTaking,
     paced_leaving,
     segments_of,
@@ -248,7 +248,7 @@ def stitch_followed(
 def _proofs(
     meeting: FollowedMeeting, carried: PickMotion, parts: Sequence[PlanPart], segments: Sequence[Segment],
     n_away: int,
-) -> list[SegmentProof]:  # fmt: skip
+) -> list[SceneSegment]:  # fmt: skip
     """Return what is to be proven, one for each segment of the plan."""
     t_works, t_left = times_at_work(segments)
     found = []
@@ -259,12 +259,12 @@ def _proofs(
             scene = meeting.scene  # replaced by that at the contact
         else:
             scene = meeting.after.scene if k < len(segments) - n_away else carried.placement.scene
-        found.append(SegmentProof(scene, each))
+        found.append(SceneSegment(scene, each))
     return found
 
 
 def _why_not_free(
-    meeting: FollowedMeeting, followed: FollowedTaking, proofs: Sequence[SegmentProof],
+    meeting: FollowedMeeting, followed: FollowedTaking, proofs: Sequence[SceneSegment],
     trajectory: Trajectory, segments: Sequence[Segment],
 ) -> Reason | None:  # fmt: skip
     """Explain why a motion is not proven free of the hall, or of what rides on the belt at every instant."""

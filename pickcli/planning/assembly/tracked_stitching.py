@@ -263,14 +263,14 @@ def _offset(tracked: TrackedMotion, t: float) -> float:
 
 def _proofs(
     meeting: Meeting, taking: TimedTaking, carried: PickMotion, timed: _TimedParts
-) -> list[SegmentProof]:
+) -> list[SceneSegment]:
     """Return what is to be proven, one for each segment of the plan."""
     scenes = [meeting.after.scene] * (len(after := segments_of(timed.leaving)) - timed.n_away)
     return [
-        *(SegmentProof(meeting.coming, segment) for segment in segments_of(timed.coming)),
-        *(SegmentProof(taking.problem.scene, segment) for segment in segments_of(timed.tracking)),
+        *(SceneSegment(meeting.coming, segment) for segment in segments_of(timed.coming)),
+        *(SceneSegment(taking.problem.scene, segment) for segment in segments_of(timed.tracking)),
         *(
-            SegmentProof(scene, segment)
+            SceneSegment(scene, segment)
             for scene, segment in zip(scenes + [carried.placement.scene] * timed.n_away, after, strict=True)
         ),
     ]
@@ -336,7 +336,7 @@ def stretch(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory:
 
 
 @dataclass(frozen=True, eq=False)
-class SegmentProof:
+class SceneSegment:
     """A segment that is to be proven.
 
     Attributes:
@@ -349,7 +349,7 @@ class SegmentProof:
 
 
 def _why_not_free(
-    meeting: Meeting, taking: TimedTaking, proofs: Sequence[SegmentProof], trajectory: Trajectory,
+    meeting: Meeting, taking: TimedTaking, proofs: Sequence[SceneSegment], trajectory: Trajectory,
     segments: Sequence[Segment],
 ) -> Reason | None:  # fmt: skip
     """Explain why a motion is not proven free of the hall, or of what rides on the belt at every instant."""
@@ -368,7 +368,7 @@ def _why_not_free(
 
 
 def _why_not_free_at_work(
-    meeting: Meeting, taking: TimedTaking, proof: SegmentProof, trajectory: Trajectory, segment: Segment
+    meeting: Meeting, taking: TimedTaking, proof: SceneSegment, trajectory: Trajectory, segment: Segment
 ) -> Reason | None:
     """Explain why a segment is not proven free while the tool works on the belt."""
     context, axis, mode = taking.problem.context, meeting.axis, proof.segment.mode
