@@ -21,7 +21,8 @@ import numpy as np
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import NoPlanError
 from pickcli.planning import intercept
-from pickcli.planning.intercept import InterceptQuery, plan_intercept
+from pickcli.planning.belt_query import InterceptQuery
+from pickcli.planning.intercept import plan_intercept
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream

@@ -190,8 +190,8 @@ def _stream(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, An
 
     from pickcli.scene.stream_file import read_stream
 
-    cell = None if cell_name is None else open_cell(cell_name, arms)
-    stream = read_stream(path, cell, partial(open_cell, request=arms))
+    cell = None if cell_name is None else open_alike(cell_name, arms)
+    stream = read_stream(path, cell, partial(open_alike, request=arms))
     first, last = stream.belt.window
     within = {}
     for riding in stream.items:

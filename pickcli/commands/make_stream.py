@@ -17,6 +17,19 @@ MOST_ITEMS = 10_000
 MOST_GAP = 10.0  # m
 
 
+def _stretch(ctx: click.Context, param: click.Parameter, text: str | None) -> tuple[float, float] | None:
+    """Parse LO,HI in m; None if not stated. Raises BadParameter for anything else."""
+    if text is None:
+        return None
+    try:
+        low, high = (float(part) for part in text.split(","))
+    except ValueError:
+        low = high = math.nan
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise click.BadParameter(f"expected LO,HI in m, got {text!r}")
+    return low, high
+
+
 def _gap(ctx: click.Context, param: click.Parameter, text: str) -> tuple[float, float]:
     """Parse LO,HI in m. Raises BadParameter for anything else."""
     try:
@@ -35,6 +48,10 @@ def _gap(ctx: click.Context, param: click.Parameter, text: str) -> tuple[float, 
               help="m/s of the belt, 0 if it stands.  [default: the conveyor's nominal speed]")  # fmt: skip
 @click.option("--gap", metavar="LO,HI", default="0.25,0.60", show_default=True, callback=_gap,
               help="Least and greatest distance in m from the end of an item to the next.")  # fmt: skip
+@click.option("--one-by-one", is_flag=True,
+              help="On a belt that stands: each item is set down when the one before is gone.")  # fmt: skip
+@click.option("--within", metavar="LO,HI", callback=_stretch,
+              help="m from the infeed, between which they are set down.  [default: the window]")  # fmt: skip
 @click.option("--conveyor", metavar="NAME", help="Conveyor of the cell.  [default: its first]")
 @click.option("--cell", "cell_name", metavar="NAME|FOLDER", default=BELT_CELL, show_default=True,
               help=CELL_HELP)  # fmt: skip
@@ -42,14 +59,15 @@ def _gap(ctx: click.Context, param: click.Parameter, text: str) -> tuple[float, 
 @seed_option
 @json_option
 def command(
-    n_items: int, speed: float | None, gap: tuple[float, float], conveyor: str | None, cell_name: str,
+    n_items: int, speed: float | None, gap: tuple[float, float], one_by_one: bool,
+    within: tuple[float, float] | None, conveyor: str | None, cell_name: str,
     output: Path, overwrite: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Draw a random stream: items that come along a conveyor.
 
-    They are drawn from those that the cup can hold by their top, and stand on one of their sides, turned at
-    random, up to 0.13 m off the middle of the belt. The first one enters the belt at 0 s. On a belt that
-    stands they lie within its window.
+    They are drawn from those that the cup can hold by their top, or the fingers can pinch from above, and
+    stand on one of their sides, turned at random, up to 0.13 m off the middle of the belt. The first one
+    enters the belt at 0 s. On a belt that stands they lie within its window.
 
     \b
     Example:
@@ -68,7 +86,7 @@ def command(
         assert belt is not None
         speed = belt.nominal_speed
     with stage("drawing of the stream"):
-        stream = make_stream(cell, StreamRequest(n_items, speed, gap), seed, conveyor)
+        stream = make_stream(cell, StreamRequest(n_items, speed, gap, one_by_one, within), seed, conveyor)
     write_stream(stream, output, overwrite)
     if as_json:
         emit_json({

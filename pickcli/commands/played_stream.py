@@ -23,31 +23,32 @@ if TYPE_CHECKING:
 RECORD = "trial.json"
 FEW = 8  # reasons that are printed
 OF_ORDERS = (
-    "strategy_name",
-    "stow_rule",
-    "pod_shift",
-    "arm",
-    "live",
-    "live_port",
-    "with_plans",
-    "learn",
-    "sift",
-)
+    "strategy_name", "stow_rule", "pod_shift", "live", "live_port", "with_plans", "learn", "sift",
+)  # fmt: skip
 
 
 def is_stream(path: Path) -> bool:
     """Tell whether a path names a stream.
 
     Args:
-        path: File of an order or a stream, or the name of an order.
+        path: File of an order or a stream, or the name of one under data/tasks.
 
     Returns:
-        True for the file of a stream.
+        True for a stream.
     """
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import STREAM
 
+    path = _file_of(path)
     return path.is_file() and read_kind(path) is STREAM
+
+
+def _file_of(path: Path) -> Path:
+    """Return the file of a path, or that of a name under data/tasks, which need not exist."""
+    from pickcli.cell.data_path import data_path
+
+    is_name = len(path.parts) == 1 and not path.suffix and not path.exists()
+    return data_path() / "tasks" / f"{path.name}.json" if is_name else path
 
 
 def play_stream_file(
@@ -56,7 +57,7 @@ def play_stream_file(
     """Play the trial of a stream, write its record, and print what became of the items.
 
     Args:
-        path: File of the stream.
+        path: File of the stream, or its name under data/tasks.
         folder: Folder of the record.
         overwrite: Whether an existing record may be replaced.
         options: The options of the command.
@@ -65,12 +66,14 @@ def play_stream_file(
 
     Raises:
         UsageError: An option was stated that applies to orders only.
-        InputError: A file cannot be read or written.
+        InputError: A file cannot be read or written, or the cell has no place to bring items to.
         TrialAbortedError: Something collided, or a limit was broken.
     """
+    from pickcli.cell.cell_file import load_workcell
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.belt_camera import BeltCamera
+    from pickcli.trial.stream_arms import destination_of
     from pickcli.trial.stream_record import stream_record
     from pickcli.trial.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
     from pickcli.trial.trial_folder import refuse_existing_folder
@@ -79,13 +82,16 @@ def play_stream_file(
     refuse_options_of_orders(OF_ORDERS, "streams")
     if options.perception == "camera" and is_stated("pose_noise"):
         raise click.UsageError("--pose-noise: a camera has errors of its own; leave it out")
+    path = _file_of(path)
     refuse_existing_folder(folder, overwrite)
     refuse_reading(folder / RECORD, path, *options.inputs)
     is_named = is_stated("cell_name")
     arms = ArmRequest(items=options.items_path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     stream = StreamOptions(path, None).stream(options.cell_name if is_named else None, arms)
-    _ = stream.cell.home  # refused before any work if the cell has none
+    cells = options.cells(load_workcell(str(stream.cell.path), options.items_path))
+    for cell in cells:
+        destination_of(cell)  # refused before any work if the cell has none
     is_exact = options.perception == "truth"
     request = StreamTrialRequest(
         stream,
@@ -95,9 +101,9 @@ def play_stream_file(
         read_reality(options.reality_path),
         seed,
     )
-    (planning,) = options.planning_contexts([stream.cell])
+    contexts = options.planning_contexts(cells)
     with stage("trial"), progress("playing") as report:
-        result = play_stream(request, planning, report)
+        result = play_stream(request, contexts, report)
     record = stream_record(request, result, path.name, digest)
     folder.mkdir(parents=True, exist_ok=True)
     write_record(folder / RECORD, record, overwrite)
@@ -123,7 +129,7 @@ def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
     if record["offset_m"] is not None:
         offset, slip = record["offset_m"], record["slip_m_s"]
         lines.append(
-            f"cup off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
+            f"tool off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
             f"{1e3 * slip['p95']:.1f} mm/s along the belt in 95 of 100 picks"
         )
     others = [each for each in result.items if str(each.outcome) != "delivered"]

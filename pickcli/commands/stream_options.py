@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, open_cell
+from pickcli.commands.arm_options import ArmRequest, open_alike, open_cell, seen_by_others
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, FiniteRange
 from pickcli.commands.options import passed_as, refuse_output
@@ -18,6 +18,7 @@ from pickcli.commands.plan_verification import timed_certifier
 
 if TYPE_CHECKING:
     from pickcli.commands.plan_options import PlanOptions
+    from pickcli.errors import NoPlanError
     from pickcli.motion.plan import Plan
     from pickcli.scene.item_stream import ItemStream
     from pickcli.scene.scene import Scene
@@ -58,7 +59,7 @@ class StreamOptions:
 
         Args:
             cell_name: Name or folder of the cell; None for the one that the stream names.
-            arms: The arms stated on the command line.
+            arms: The arms stated on the command line; without any, the cell is that of the preferred arm.
 
         Returns:
             The stream.
@@ -71,8 +72,9 @@ class StreamOptions:
 
         assert self.stream_path is not None
         with stage("reading of the stream"):
-            cell = None if cell_name is None else open_cell(cell_name, arms)
-            return read_stream(self.stream_path, cell, partial(open_cell, request=arms))
+            opened = open_cell if arms.is_of_plan or arms.configurations else open_alike
+            cell = None if cell_name is None else opened(cell_name, arms)
+            return read_stream(self.stream_path, cell, partial(opened, request=arms))
 
     def scene_of(self, plan: Plan, cell_name: str | None, arms: ArmRequest) -> Scene:
         """Read the stream that a plan was made for, and return what is on the belt when the plan starts.
@@ -108,6 +110,8 @@ class StreamOptions:
         if tracking is not None and self.now is not None and abs(self.now - starts) > SAME_TIME:
             fault = f"--now {self.now:g}: the plan starts at {starts:g} s of its stream"
             raise StaleError(f"{fault}; leave --now out, or plan it again")
+        if plan.grasp is not None and plan.grasp.item in {riding.id for riding in stream.items}:
+            stream = stream.presenting(plan.grasp.item)
         return stream.scene_at(starts if self.now is None else self.now)
 
 
@@ -136,10 +140,12 @@ def plan_from_stream(
 ) -> None:
     """Plan the pick of an item that rides on a conveyor, and write the plan.
 
+    Of several arms, if none is named, the one does it whose plan ends first.
+
     Args:
         request: The stream and its time.
         item: Id of the item; None if not stated.
-        into: Destination; None for the tote, or the only other place.
+        into: Destination; None for the tote.
         options: The options of the command.
 
     Raises:
@@ -147,8 +153,9 @@ def plan_from_stream(
         NoPlanError: The item cannot be met, with every reason.
     """
     from pickcli.commands.stated_pick import destination
-    from pickcli.errors import UnknownNameError
-    from pickcli.planning.intercept import InterceptQuery, plan_intercept
+    from pickcli.errors import NoPlanError, UnknownNameError
+    from pickcli.planning.belt_query import InterceptQuery
+    from pickcli.planning.intercept import plan_intercept
 
     if item is None:
         raise click.UsageError("name the item by its id in the stream, with --item")
@@ -157,10 +164,24 @@ def plan_from_stream(
     stream, now = request.stream(options.cell_name, options.arms()), request.now or 0.0
     if item not in (ids := [riding.id for riding in stream.items]):
         raise UnknownNameError("item", item, ids, str(request.stream_path))
+    stream = stream.presenting(item)
     scene = stream.scene_at(now)
     query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))
-    start = options.begin(scene)
-    with options.session(stream.cell) as session:
-        certify = None if options.no_verify else timed_certifier(scene)
-        plan = plan_intercept(session.context, stream, query, start, options.seed, certify)
-        options.deliver(plan, scene, is_judged=True)
+    plans: list[tuple[Plan, Scene]] = []
+    failed: list[tuple[str, NoPlanError]] = []
+    for seen in (scene, *seen_by_others(scene, options.arms())):
+        riding, start = replace(stream, cell=seen.cell), options.begin(seen)
+        with options.session(seen.cell) as session:
+            certify = None if options.no_verify else timed_certifier(seen)
+            try:
+                plan = plan_intercept(session.context, riding, query, start, options.seed, certify)
+            except NoPlanError as error:
+                failed.append((f"arm {seen.cell.arm}", error))
+            else:
+                plans.append((plan, seen))
+    if not plans and len(failed) == 1:
+        raise failed[0][1]
+    if not plans:
+        raise NoPlanError.of_alternatives(failed[0][1].query, failed)
+    first, seen = min(plans, key=lambda planned: planned[0].trajectory.duration)
+    options.deliver(first, seen, is_judged=True)

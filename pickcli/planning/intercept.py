@@ -1,10 +1,10 @@
 """``plan_intercept``: a pick from a running conveyor, met at the earliest time at which the arm can be there.
 
-Relative to the belt its items stand still, so grasp and lines are those of a pick from a table. Where a
-linear axis runs along the belt, that axis alone follows it: every other joint moves as if the belt stood
-(``timing.line_tracking``). The same lines make another meeting by another position of that axis. The arm
-waits at rest until it is time, comes up to the speed of the belt over the item, and is at rest again after
-the lift.
+Relative to the belt its items stand still, so grasp and lines are those of a pick from a table. Where no
+linear axis runs along the belt, all joints follow it (``arm_intercept``). Where one does, that axis alone
+follows it: every other joint moves as if the belt stood (``timing.line_tracking``). The same lines make
+another meeting by another position of that axis. The arm waits at rest until it is time, comes up to the
+speed of the belt over the item, and is at rest again after the lift.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import Limits
 from pickcli.collision.motion_segment import Mode, MotionSegment, scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import LIMIT_MARGIN
 from pickcli.kinematics.linear_axis import linear_axis
-from pickcli.motion.plan import Certify, LineTracking, Plan, times_at_work
+from pickcli.motion.plan import Certify, Plan
 from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.arm_intercept import plan_arm_intercept, why_too_late
 from pickcli.planning.assembly.carried_motion import carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tracked_stitching import Arrival, Meeting, Ramp, TimedTaking, stitch_tracked
+from pickcli.planning.belt_query import InterceptQuery, QueryBelt
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem, PickQuery
@@ -35,12 +35,12 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
+from pickcli.planning.stages.line_pace import line_pace, paced_lines
 from pickcli.planning.stages.reach_table import BeltTimes, least_times, too_late_by
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
-from pickcli.scene.belt_sweep import swept_along_belt
-from pickcli.scene.item_stream import ItemStream, after_travel
-from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.item_stream import ItemStream
+from pickcli.scene.scene import Scene
 from pickcli.timing.line_tracking import BACK, MOST_PACE, ramp_time
 
 USUAL_ARRIVAL = 2.0  # s from the start until the contact, about which grasps are searched
@@ -49,76 +49,26 @@ ELSEWHERE = 0.25  # s that a meeting is put off if it cannot be reached for anot
 # Where on the way from the soonest to the last time in the window grasps are searched, until one is met.
 WHERE_PLANNED = (0.5, 0.15, 0.85)
 GENTLER = 2.0  # times the duration of a ramp during which the arm leaves already: accelerations add up
-MOST_PACED = 0.85  # of the limits, for lines on a belt
-KEPT = 0.97  # of the limits of jerk, that a belt which changes its speed may use up beside the lines
 PACED_COMING = 0.9  # of the limits for the way to it, whose time is that of the belt
 TURNED = 0.35  # s in which a way off the belt turns back, and the axis comes to rest at its end
 WIDELY = 0.25  # s too late at one place of the belt, for which others are not tried: a rule, not a proof
 MOST_MEETINGS = 8  # that are tried for one grasp
-DEVIATION = 0.015  # m by which the belt may be off the plan while the arm follows it: 1 to 4 mm are usual
-
-
-@dataclass(frozen=True)
-class InterceptQuery:
-    """A requested pick from a stream.
-
-    Attributes:
-        item: Id of the item in the stream.
-        now: s, time of the stream at which the plan starts.
-        into: Place that the item is brought to.
-    """
-
-    item: str
-    now: float
-    into: str = TOTE
 
 
 @dataclass(frozen=True, eq=False)
-class _Belt:
-    """The belt as one query sees it; times are from the start of the plan.
+class _Belt(QueryBelt):
+    """The belt, and the axis along it.
 
-    now: s of the stream at the start of the plan
-    start: scene then
-    first, last: s at which the item enters and leaves the window
     axis: index of the joint along the belt
     speed: m/s of that joint that keeps up with the belt, negative against its direction
     pace: share of the limits for lines on the belt
     ramp: s that it takes to come up to that speed
     """
 
-    stream: ItemStream
-    now: float
-    start: Scene
-    first: float
-    last: float
     axis: int
     speed: float
     pace: float
     ramp: float
-
-    @property
-    def tracking(self) -> LineTracking:
-        """The belt as plans state it."""
-        stream = self.stream
-        return LineTracking(stream.conveyor, stream.speed, stream.speed_error, DEVIATION, self.now)
-
-    def brought_by(self, plan: Plan) -> float:
-        """M that the belt may bring what comes until a plan ends, at the most that it may run."""
-        t_left = times_at_work(plan.segments)[1]
-        return self.tracking.brought_by(plan.trajectory.duration, t_left, self.stream.belt.max_speed)
-
-    def at(self, t: float) -> Scene:
-        """Return the scene at a time."""
-        return after_travel(self.start, self.stream.conveyor, self.stream.speed * t)
-
-    @cached_property
-    def coming(self) -> Scene:
-        """The scene at the start with all that the items on the belt may come to."""
-        return swept_along_belt(self.start, self.stream.conveyor)
-
-    def left(self, t: float) -> Scene:
-        """Return the scene with all that they may come to once the tool has left the belt at a time."""
-        return swept_along_belt(self.at(t), self.stream.conveyor, DEVIATION)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,10 +112,12 @@ def plan_intercept(
     picked = PickQuery(place, query.item, query.into)
     if stream.speed == 0.0:
         return plan_pick(context, scene, picked, start, seed, certify=certify)
+    if linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0]) is None:
+        return plan_arm_intercept(context, QueryBelt.of(stream, scene, query), query, start, seed, certify)
     belt = _belt_in_time(context, stream, scene, query, start)
     standing = context.checker_for(scene, Mode(start.tool_state))
     if not standing.is_valid(start.q):
-        raise NoPlanError(_label(query, place), [standing.explain(start.q).at("start")])
+        raise NoPlanError(query.label(place), [standing.explain(start.q).at("start")])
     failures = Failures()
     soonest = min(belt.last, max(belt.first, USUAL_ARRIVAL))
     # As the table has it; other configurations are for what the arm cannot take so at all.
@@ -183,7 +135,7 @@ def plan_intercept(
                 break
         if has_grasp:
             break
-    raise NoPlanError(_label(query, place), failures)
+    raise NoPlanError(query.label(place), failures)
 
 
 def why_never(
@@ -200,8 +152,11 @@ def why_never(
     Returns:
         The error that ``plan_intercept`` would raise; None if a search may find a plan.
     """
+    scene = stream.scene_at(query.now)
     try:
-        _belt_in_time(context, stream, stream.scene_at(query.now), query, start)
+        if linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0]) is None:
+            return why_too_late(context, QueryBelt.of(stream, scene, query), query)
+        _belt_in_time(context, stream, scene, query, start)
     except NoPlanError as error:
         return error
     return None
@@ -220,7 +175,7 @@ def _belt_in_time(
     if late > 0.0:
         soon = f"by {1e3 * late:.0f} ms at least, as the arm takes items there"
         place = next(iter(stream.carrier.places))
-        raise NoPlanError(_label(query, place), [Reason("too late", query.item, soon)])
+        raise NoPlanError(query.label(place), [Reason("too late", query.item, soon)])
     return belt
 
 
@@ -308,45 +263,30 @@ def _least_time(context: PlanningContext, segments: Sequence[MotionSegment]) -> 
     return total
 
 
-def _label(query: InterceptQuery, place: str) -> str:
-    return f"pick {query.item} from {place}" + (f" into {query.into}" if query.into != TOTE else "")
-
-
 def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: InterceptQuery) -> _Belt:
     """Describe the belt for a query; raise NoPlanError if the item cannot be reached at any time."""
-    riding = stream.find(query.item)
-    travel = stream.travel_at(riding, query.now)
-    first, last = ((edge - travel) / stream.speed for edge in stream.belt.window)
-    where = f"{riding.id} at {query.now:g} s"
-
-    def never(what: str, detail: str) -> NoPlanError:
-        return NoPlanError(_label(query, stream.conveyor), [Reason(what, where, detail)])
-
-    if not stream.is_on_belt(riding, query.now) and last > 0.0:
-        behind = float(riding.item.shape.reach(riding.T_belt_item[:3, :3])[0])
-        enters = riding.stamp + (behind - float(riding.T_belt_item[0, 3])) / stream.speed
-        enters = float(np.ceil(100.0 * enters)) / 100.0
-        raise never("not on the belt yet", f"it is wholly past the infeed at {enters:.2f} s; plan for then")
-    if last <= 0.0:
-        raise never("out of the window", f"it left the window {-last:.2f} s before")
+    queried = QueryBelt.of(stream, scene, query)
     found = linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0])
-    if found is None:
-        raise never("no axis along the belt", "only a linear axis of the robot parallel to it can follow it")
+    assert found is not None
     axis, direction = found
     limits = context.arm.limits
     scale = context.cell.speed_scale
+
+    def never(detail: str) -> NoPlanError:
+        where = f"{query.item} at {query.now:g} s"
+        return NoPlanError(query.label(stream.conveyor), [Reason("joint too slow", where, detail)])
+
     if MOST_PACE * stream.speed >= scale * limits.velocity[axis]:
         slow = f"{context.arm.names[axis]} reaches {scale * limits.velocity[axis]:g} m/s"
-        raise never(
-            "joint too slow", f"{slow}, the belt runs at {stream.speed:g} m/s, and the arm catches up"
-        )
+        raise never(f"{slow}, the belt runs at {stream.speed:g} m/s, and the arm catches up")
     left = scale * float(limits.acceleration[axis]) - stream.belt.max_acceleration
     if left <= 0.0:
         hard = f"{context.arm.names[axis]} accelerates no faster than the belt"
-        raise never("joint too slow", f"{hard}, {stream.belt.max_acceleration:g} m/s2")
-    pace = _line_pace(limits, stream.belt.max_acceleration / stream.speed)
+        raise never(f"{hard}, {stream.belt.max_acceleration:g} m/s2")
+    pace = line_pace(limits, stream.belt.max_acceleration / stream.speed)
     ramp = ramp_time(stream.speed, left, pace * float(limits.jerk[axis]))
-    return _Belt(stream, query.now, scene, first, last, axis, direction * stream.speed, pace, ramp)
+    rows = queried.stream, queried.now, queried.start, queried.first, queried.last
+    return _Belt(*rows, axis, direction * stream.speed, pace, ramp)
 
 
 def _windows(
@@ -368,7 +308,7 @@ def _windows(
 def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: float) -> _Window | Failures:
     """Time the lines of a grasp relative to the belt, and find when the arm can follow them."""
     context = problem.context
-    motion = _paced(motion, belt.pace)
+    motion = paced_lines(motion, belt.pace)
     inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
     if isinstance(inward, Failures):
         return inward
@@ -411,23 +351,6 @@ def _between(
     return earliest, latest
 
 
-def _paced(motion: GraspMotion, pace: float) -> GraspMotion:
-    """Return the lines of a grasp at a share of the limits."""
-    inward, outward = (tuple(s.scaled(pace) for s in part) for part in (motion.inward, motion.outward))
-    return replace(motion, inward=inward, outward=outward)
-
-
-def _line_pace(limits: Limits, change: float) -> float:
-    """Compute the share of the limits that leaves room for a rate of time that changes by up to some 1/s.
-
-    Lines are followed at the pace of the belt. At a share p of the limits, accelerations are p^2 of theirs,
-    and a change c of the rate adds a jerk of up to 3 p^2 a c to p of its limit: what is left is a quadratic
-    equation for p.
-    """
-    added = 3.0 * change * float((limits.acceleration / limits.jerk).max())
-    return min(MOST_PACED, float(np.sqrt(1.0 + 4.0 * added * KEPT) - 1.0) / (2.0 * added))
-
-
 def along(motion: GraspMotion, axis: int, by: float) -> GraspMotion:
     """Shift the lines of a grasp along an axis.
 
@@ -464,11 +387,8 @@ def _met(belt: _Belt, window: _Window, start: Start, t_contact: float) -> Plan |
             return failures + Reason("too late", str(window.taking.motion.grasp), late)
         found = _planned(belt, window.taking, start, t_contact)
         if isinstance(found, Plan):
-            brought, known = belt.brought_by(found), belt.stream.belt.upstream
-            if brought <= known:
-                return found
-            lasts = f"the belt brings {brought:.1f} m meanwhile, what comes is known for {known:.1f} m"
-            return failures + Reason("lasts too long", str(window.taking.motion.grasp), lasts)
+            too_far = belt.brought_too_far(found, str(window.taking.motion.grasp))
+            return found if too_far is None else failures + too_far
         if isinstance(found, Failures):
             failures += found
             found = ELSEWHERE

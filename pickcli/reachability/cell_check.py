@@ -84,13 +84,13 @@ def check_cell(
         warn_of_masses(noted, cell)
         _warn_of_motors(noted, cell)
         _warn_of_pairs(noted, cell, not_free)
-        _warn_of_windows(noted, cell)
         reached = tuple(_reaches(cell, n_poses, seed, on_progress))
         _warn_of_configurations(noted, cell, reached)
         reaches += reached
         warnings += [*cell.warnings, *noted.lines]
         met |= cell.accepted | noted.met
     noted, untested = FileWarnings.of(whole), untested_pairs_of_arms(workcell, seed)
+    _warn_of_windows(noted, list(workcell.arms.values()))
     _warn_of_untested(noted, workcell.preferred, untested)
     warnings += noted.lines
     met |= noted.met
@@ -218,20 +218,26 @@ def _warn_of_motors(warnings: FileWarnings, cell: Cell) -> None:
     )
 
 
-def _warn_of_windows(warnings: FileWarnings, cell: Cell) -> None:
-    """Warn of windows of conveyors in parts of which the arm reaches no items from above."""
-    for carrier in cell.own_carriers:
-        if carrier.conveyor is None or cell.robot.tool.is_bare:
+def _warn_of_windows(warnings: FileWarnings, cells: Sequence[Cell]) -> None:
+    """Warn of windows of conveyors in parts of which no arm, by its cell, reaches items from above."""
+    for carrier in cells[0].own_carriers:
+        if carrier.conveyor is None or any(cell.robot.tool.is_bare for cell in cells):
             continue
         first, last = carrier.conveyor.window
-        reached = reached_travel(cell, carrier, HEIGHTS[0])
-        if reached is not None and reached[0] - SPACING <= first and last <= reached[1] + SPACING:
+        found = (reached_travel(cell, carrier, HEIGHTS[0]) for cell in cells)
+        reached = sorted(stretch for stretch in found if stretch is not None)
+        covered = first
+        for begin, end in reached:
+            covered = max(covered, end + SPACING) if begin - SPACING <= covered else covered
+        if covered >= last:
             continue
-        where = "nowhere" if reached is None else f"from {reached[0]:.2f} to {reached[1]:.2f} m only"
+        where = " and ".join(f"from {begin:.2f} to {end:.2f} m" for begin, end in reached)
+        where = f"{where} only" if reached else "nowhere"
+        subject = "the arm reaches" if len(cells) == 1 else "the arms reach"
         text = (
-            f"its window is {first:g} to {last:g} m, the arm reaches items of {1e3 * HEIGHTS[0]:.0f} mm over "
+            f"its window is {first:g} to {last:g} m, {subject} items of {1e3 * HEIGHTS[0]:.0f} mm over "
+            f"the whole width {where}; correct the window, or move belt or base"
         )
-        text += f"the whole width {where}; correct the window, or move belt or base"
         warnings.add("unreached_window", carrier.name, ("places", carrier.name, "window"), text)
 
 

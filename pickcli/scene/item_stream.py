@@ -46,6 +46,7 @@ class ItemStream:
         noise: Bounds of the error of the poses at their stamps.
         items: The items.
         seed: Seed that the stream was made with.
+        one_by_one: Whether each item is set on the belt, which stands, when the one before it is gone.
     """
 
     cell: Cell
@@ -55,6 +56,7 @@ class ItemStream:
     noise: PoseNoise
     items: tuple[RidingItem, ...]
     seed: int = 0
+    one_by_one: bool = False
 
     @property
     def carrier(self) -> Carrier:
@@ -84,6 +86,21 @@ class ItemStream:
             if riding.id == item_id:
                 return riding
         raise UnknownNameError("item", item_id, [riding.id for riding in self.items], "the stream")
+
+    def presenting(self, item_id: str) -> ItemStream:
+        """Return the stream as it is when an item is picked: of one by one, that item alone is on the belt.
+
+        Args:
+            item_id: Id of the item.
+
+        Returns:
+            The stream.
+
+        Raises:
+            UnknownNameError: There is no such item.
+        """
+        riding = self.find(item_id)
+        return replace(self, items=(riding,)) if self.one_by_one else self
 
     def travel_at(self, riding: RidingItem, t: float) -> float:
         """Compute how far from the infeed the middle of an item is.
@@ -131,11 +148,12 @@ class ItemStream:
             t: s.
 
         Returns:
-            The scene; the bounds of the errors of poses grow with the time since their stamps.
+            The scene; the bounds of the errors of poses grow with the time since their stamps. Of items that
+            are set down one by one, the first is there.
         """
         place = next(iter(self.carrier.places))
         placed = []
-        for riding in self.items:
+        for riding in self.items[: 1 if self.one_by_one else None]:
             if self.is_known(riding, t):
                 ahead = pose((self.speed * (t - riding.stamp), 0.0, 0.0))
                 T_world_item = self.carrier.T_world_carrier @ ahead @ riding.T_belt_item

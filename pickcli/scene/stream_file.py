@@ -55,11 +55,16 @@ def read_stream(path: Path, cell: Cell | None = None, load: Callable[[str], Cell
             for i, m in enumerate(model.items)
         ),
         model.seed,
+        model.one_by_one,
     )
+    if model.one_by_one and model.speed + model.speed_error > 0.0:
+        text = "items are set down one by one on a belt that stands; leave it out, or state a speed of 0"
+        source.add(("one_by_one",), text)
     source.check()
     _check_poses(source, stream)
     source.check()
-    check_overlaps(source, _at_one_time(stream))
+    if not stream.one_by_one:
+        check_overlaps(source, _at_one_time(stream))
     source.check()
     return stream
 
@@ -87,6 +92,7 @@ def write_stream(stream: ItemStream, path: Path, replace: bool = True) -> None:
         "speed": stream.speed,
         "speed_error": stream.speed_error,
         "noise": stream.noise.figures,
+        **({"one_by_one": True} if stream.one_by_one else {}),
         "seed": stream.seed,
     }
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]

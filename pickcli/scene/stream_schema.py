@@ -33,6 +33,9 @@ class StreamModel(FileModel):
     speed: Annotated[float, Field(ge=0, le=5)] = Field(description="m/s of the belt along its +x")
     speed_error: Annotated[float, Field(ge=0, le=1)] = Field(0.0, description="m/s, bound of its error")
     noise: NoiseModel = Field(description="bounds of the error of poses")
+    one_by_one: bool = Field(
+        False, description="whether each item is set on the belt, which stands, when the one before is gone"
+    )
     seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")
     items: Annotated[tuple[RidingItemModel, ...], Len(0, MAX_RIDING)] = Field(
         description="the items, by their stamps"

@@ -17,8 +17,8 @@ Read in this order:
   with set points, `plan_record` is the record. In simulation: `execute`, with the record `execution`; a
   `motion_recorder` records all motion. An `operator_stop` interrupts a motion, which goes on afterwards.
 - Running conveyors: a `running_belt` with its encoder, by which the `belt_clock` tells the plan's time, with
-  `online_time_scaling` within the limits of the joints; a `belt_way_off` leaves it if the motion is stopped.
-  A `belt_run` is a run of a plan that follows one, supervised on the way off, too.
+  `online_time_scaling` within the limits of the joints; a `belt_way_off`, or a `planned_way_off`, leaves it
+  if the motion is stopped. A `belt_run` is a run of a plan that follows one, supervised on the way off, too.
 - Other drivers: `recorder`, and `installed_drivers` by name; `driver_check` tests a driver against the
   protocol, and a `guarded_driver` turns its faults into a single error message.
 - Supervision: `supervision` with a `hold_watch`, `contact_guard` and `weight_watch`; beyond their

@@ -100,8 +100,9 @@ class BeltClock:
         belt = cell.carriers[plan.tracking.conveyor]
         assert belt.conveyor is not None
         found = linear_axis(cell.robot, belt.T_world_carrier[:3, 0])
-        assert found is not None
-        self._gain = BELT_SHARE * float(scaled.acceleration[found[0]]) - belt.conveyor.max_acceleration
+        self._gain: float | None = None  # m/s2 by which an axis catches up with the belt on the way off
+        if found is not None:
+            self._gain = BELT_SHARE * float(scaled.acceleration[found[0]]) - belt.conveyor.max_acceleration
 
     @property
     def is_off(self) -> bool:
@@ -133,8 +134,8 @@ class BeltClock:
 
     def _growth(self, faster: float) -> float:
         """M by which a belt that is some m/s faster than the plan gets farther off it on the way off."""
-        if faster * self.off <= 0.0:
-            return 0.0
+        if self._gain is None or faster * self.off <= 0.0:
+            return 0.0  # without an axis the way off is the plan's own motion
         return BUILT_UP * faster**2 / (2.0 * self._gain) if self._gain > 0.0 else float("inf")
 
     def off_at(self, t: float, rate: float) -> float:

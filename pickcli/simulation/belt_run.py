@@ -14,6 +14,7 @@ import numpy as np
 from pickcli.cell.device import DeviceKind
 from pickcli.errors import InputError
 from pickcli.geometry import Array
+from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.simulation.belt_clock import BeltClock, BeltEncoder
@@ -21,6 +22,7 @@ from pickcli.simulation.belt_way_off import BeltWayOff
 from pickcli.simulation.operator_stop import OperatorStop, never
 from pickcli.simulation.plan_record import PlanRecord
 from pickcli.simulation.plan_run import D, PathMotion, PlanRun
+from pickcli.simulation.planned_way_off import PlannedWayOff
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 
 STANDING = 1e-6  # s of the plan in a step: slower, a belt stands
@@ -214,8 +216,8 @@ class BeltRun(PlanRun[D]):
         """Take the way off the belt, back along the lines to the item or on along those with it."""
         if is_back:
             self._switch_off()
-        driver, trace = self.driver, self.trace
-        off = BeltWayOff(self.plan, driver.cell, clock, driver.time_step, is_back)
+        trace = self.trace
+        off = self._way_off(clock, is_back)
         sent = zip(trace.sent[-LONGEST_LAG:], trace.plan_times[-LONGEST_LAG:], strict=True)
         self._sent_lately = deque(sent, LONGEST_LAG)
         while not off.is_at_rest:
@@ -230,6 +232,15 @@ class BeltRun(PlanRun[D]):
         else:
             self.is_clear = off.is_clear
 
+    def _way_off(self, clock: BeltClock, is_back: bool) -> BeltWayOff | PlannedWayOff:
+        """Return the way off for an arm that follows the belt by its axis, or by all of its joints."""
+        assert self.plan.tracking is not None
+        driver, cell = self.driver, self.driver.cell
+        along = cell.carriers[self.plan.tracking.conveyor].T_world_carrier[:3, 0]
+        if linear_axis(cell.robot, along) is None:
+            return PlannedWayOff(self.plan, clock, driver.time_step)
+        return BeltWayOff(self.plan, cell, clock, driver.time_step, is_back)
+
     def _find_progress(self, sent: deque[tuple[Array, float]]) -> None:
         """Forget the set points (n,), with s of the plan, before the one at which the robot is."""
         away = np.linalg.norm(np.array([q for q, _ in sent]) - self.driver.q, axis=1)
@@ -237,7 +248,7 @@ class BeltRun(PlanRun[D]):
         for _ in range(len(away) - 1 - int(np.argmin(away[::-1]))):
             sent.popleft()
 
-    def _goes_on(self, off: BeltWayOff, why: ProtectiveStop) -> bool:
+    def _goes_on(self, off: BeltWayOff | PlannedWayOff, why: ProtectiveStop) -> bool:
         """React to what was judged on the way off; return whether that is followed any farther."""
         assert self.stop is not None
         known = {each.cause for each in (self.stop, *self.stops_on_way_off)}

@@ -7,16 +7,16 @@ from itertools import product
 from pickcli.scene.scene import Scene
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.grip import Grip
-from pickcli.simulation.scene_bodies import rigid_pairs, standing_links
+from pickcli.simulation.scene_bodies import jointed_pairs, rigid_pairs, standing_links
 
 
 class CollisionFilter:
     """Collision filter of one robot.
 
     Attributes:
-        exempt: Pairs (link, body or other link) that never count as contacts: pairs that the cell allows, and
-            links without relative motion. Pairs of stationary links and bodies are included, as their contact
-            moves nothing.
+        exempt: Pairs (link, body or other link) that never count as contacts: pairs that the cell allows,
+            links without relative motion, and links that a joint connects. Pairs of stationary links and
+            bodies are included, as their contact moves nothing.
         let_go_through: Names of items without collision physics with the contact links at present.
 
     Args:
@@ -41,7 +41,8 @@ class CollisionFilter:
                     engine.set_collision(robot, link, other, "", on=False)
                     pairs.add((link, other))
         both_links = [(a.a, a.b) for a in allowed_pairs]
-        for link, other in [*both_links, *rigid_pairs(self._cell.robot)]:
+        robot_pairs = [*rigid_pairs(self._cell.robot), *jointed_pairs(self._cell.robot)]
+        for link, other in [*both_links, *robot_pairs]:
             if engine.has_link(robot, link) and engine.has_link(robot, other):
                 engine.set_collision(robot, link, robot, other, on=False)
                 pairs |= {(link, other), (other, link)}

@@ -136,10 +136,12 @@ class ContactGuard:
         """
         way = np.asarray((self._tip_at_end(segment) - tip)[:3, 3])
         tracking = self._plan.tracking
-        if tracking is None or self._following is None:
+        if tracking is None:
             return way
-        axis, sign, along = self._following
-        ahead = sign * float(self._world.q[axis] - self._plan.trajectory.sample(t_plan)[0][axis])
+        along, ahead = self._world.cell.carriers[tracking.conveyor].T_world_carrier[:3, 0], 0.0
+        if self._following is not None:
+            axis, sign = self._following
+            ahead = sign * float(self._world.q[axis] - self._plan.trajectory.sample(t_plan)[0][axis])
         return np.asarray(way + (ahead - tracking.speed * (segment.t_end - t_plan)) * along)
 
     def _tip_at_end(self, segment: Segment) -> Array:
@@ -168,10 +170,9 @@ class ContactGuard:
         return covariance @ per_newton @ (self._external.value / self._motor_forces), covariance
 
 
-def _axis_along_belt(plan: Plan, world: World) -> tuple[int, float, Array] | None:
-    """Index of the joint that follows the belt, its sign, and the belt's direction (3,); None without one."""
+def _axis_along_belt(plan: Plan, world: World) -> tuple[int, float] | None:
+    """Index of the joint that follows the belt, and its sign; None without one."""
     if plan.tracking is None:
         return None
     along = world.cell.carriers[plan.tracking.conveyor].T_world_carrier[:3, 0]
-    found = linear_axis(world.robot, along)
-    return None if found is None else (*found, along)
+    return linear_axis(world.robot, along)

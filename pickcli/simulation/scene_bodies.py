@@ -125,6 +125,31 @@ def rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
     return [*rigid, *combinations(robot.tool.grip.finger_links, 2)]
 
 
+def jointed_pairs(robot: Robot) -> list[tuple[str, str]]:
+    """Find pairs of links that one joint moves against each other, with no shape between them.
+
+    Planner and verifier do not test these against each other; the engine leaves out a link and its parent
+    only.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        Names of both links, the outer one first.
+    """
+    shaped = {link.name for link in robot.links if link.bodies}
+    by_child = {joint.child: joint for joint in robot.joints}
+    found = []
+    for first in robot.joints:
+        n_moving, joint = int(first.type is not JointType.FIXED), first
+        while joint.parent not in shaped and joint.parent in by_child:
+            joint = by_child[joint.parent]
+            n_moving += joint.type is not JointType.FIXED
+        if n_moving <= 1:
+            found.append((first.child, joint.parent))
+    return found
+
+
 def standing_links(robot: Robot) -> list[str]:
     """Return the links that no joint moves; they may touch static bodies around them.
 

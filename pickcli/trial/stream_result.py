@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
@@ -24,9 +25,10 @@ class MeetingRecord:
 
     Attributes:
         t_contact: s of the stream at which the contact was planned to be made.
-        late: s from the planned contact until the cup held the item.
-        slip: m/s, largest speed of the cup along the belt relative to the item while it was to seal.
-        offset: m between cup and its planned place on the item, across the cup's axis, when it was to lift.
+        late: s from the planned contact until the tool held the item.
+        slip: m/s, largest speed of the tool along the belt relative to the item while it was to take it.
+        offset: m between the tool and its planned place on the item, across the tool's axis, when it was to
+            lift.
     """
 
     t_contact: float
@@ -45,7 +47,8 @@ class StreamItemResult:
         attempts: Number of motions to take it.
         reason: Why it was not attempted, or what stopped the last attempt; empty if nothing did.
         t_end: s of the stream at which its last attempt ended; None without one.
-        met: How it was met last; None if the cup never held it.
+        met: How it was met last; None if the tool never held it.
+        arm: Name of the arm that attempted it last; empty without an attempt, or with a single arm.
     """
 
     item: str
@@ -54,6 +57,7 @@ class StreamItemResult:
     reason: str
     t_end: float | None = None
     met: MeetingRecord | None = None
+    arm: str = ""
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,10 @@ class StreamTrialResult:
         """Number of items for which the arm moved."""
         return sum(each.attempts > 0 for each in self.items)
 
+    def _attempted_by_arm(self) -> dict[str, int]:
+        """Count the items that each arm attempted last, by its name; empty with a single arm."""
+        return dict(sorted(Counter(each.arm for each in self.items if each.arm).items()))
+
     def record(self) -> dict[str, Any]:
         """Return the record of the trial as JSON values.
 
@@ -122,6 +130,7 @@ class StreamTrialResult:
             "slip_m_s": _spread([each.slip for each in met]),
             "offset_m": _spread([each.offset for each in met]),
             "late_s": _spread([each.late for each in met]),
+            **({"attempted_by": by_arm} if (by_arm := self._attempted_by_arm()) else {}),
             "items": [{**asdict(each), "outcome": str(each.outcome)} for each in self.items],
             "statistics": {
                 "planning_ms": _spread(self.planning_ms),

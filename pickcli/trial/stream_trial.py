@@ -3,13 +3,14 @@
 The belt runs on while the arm plans and moves. Before each decision the items on the belt are perceived, and
 the one that leaves the window first is tried first. The clock is simulated time, so that trials can be
 repeated exactly; a query is charged with a fixed time, before its motion, in which the one before may still
-be under way. Every motion is executed in a world of its own, which begins
-with what is on the belt then; delivered items are taken out of the tote.
+be under way. Every motion is executed in a world of its own, which begins with what is on the belt then;
+delivered items are taken out of where they were brought to. Of several arms one moves at a time.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,32 +18,33 @@ import numpy as np
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse, pose
 from pickcli.motion.plan import Plan, times_at_work
-from pickcli.motion.segment import SegmentKind
-from pickcli.planning.intercept import InterceptQuery, plan_intercept, why_never
+from pickcli.planning.belt_query import InterceptQuery
+from pickcli.planning.intercept import plan_intercept, why_never
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.item_stream import ItemStream, RidingItem
-from pickcli.scene.scene import TOTE, PoseNoise
+from pickcli.scene.scene import PoseNoise
 from pickcli.seeds import derived_rng
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.reality import DEFAULT, Reality
-from pickcli.simulation.world import ROBOT, World
+from pickcli.simulation.world import World
 from pickcli.trial.belt_camera import BeltCamera
 from pickcli.trial.belt_perception import BeltPerception
+from pickcli.trial.meeting_watch import MeetingWatch
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
+from pickcli.trial.stream_arms import StreamArms, destination_of
 from pickcli.trial.stream_result import ItemOutcome, MeetingRecord, StreamItemResult, StreamTrialResult
 from pickcli.verification.verify import certifier
 
 QUERY_CHARGE = 0.3  # s of the belt's time for each query: planning and verification take 0.25 s
 LOOK_AGAIN = 0.1  # s until the next look if nothing can be done: PR2 saw the belt at 10 Hz
 TRY_AGAIN = 0.5  # s after which an item without a plan is tried again
-TOUCH = 0.001  # m of the cup from its planned place, along its axis, within which it touches the item
-RESTING = 0.003  # m/s of the cup along its axis relative to the item, below which it rests there
 LEAST_SHARE = 0.9  # of the least time that a pick took: a shorter one is not expected
 MOST_ATTEMPTS = 3  # at one item: on a belt that stands it does not leave
 MOVED = 0.003  # m by which an item on the belt is off where it rode, from which on its track begins anew
+PARKED = 0.15  # s that parking may take longer than planned, after which the other arm begins
 RESET_TIME = 10.0  # s after a protective stop until the arm is at home again, by hand
 SPEED_ERROR = 0.0008  # m/s, standard deviation of the PR2's estimate of its belt's speed, here as a bound
 
@@ -70,19 +72,20 @@ class StreamTrialRequest:
 
 
 def play_stream(
-    request: StreamTrialRequest, context: PlanningContext, on_progress: ProgressObserver = nobody
+    request: StreamTrialRequest, contexts: Sequence[PlanningContext], on_progress: ProgressObserver = nobody
 ) -> StreamTrialResult:
     """Play a trial of a stream, until its last item is taken or has left the window.
 
     Args:
         request: The stream and the conditions.
-        context: The cell, its models and its precomputed files.
+        contexts: Of each arm, the preferred one first: the cell as it sees it, its models and its precomputed
+            files.
         on_progress: Called at every decision with the number of items that are decided.
 
     Returns:
         What became of every item.
     """
-    trial = _StreamTrial(request, context)
+    trial = _StreamTrial(request, contexts)
     while trial.open:
         on_progress(Progress(len(trial.decided), len(request.stream.items), f"at {trial.t:.1f} s"))
         trial.decide()
@@ -99,19 +102,18 @@ class _Item:
     t_next: float = 0.0
     t_end: float | None = None
     met: MeetingRecord | None = None
+    arm: str = ""
     was_known: bool = False
 
 
 class _StreamTrial:
-    """The state of a trial: time, arm, and items that are still open or decided."""
+    """The state of a trial: time, arms, and items that are still open or decided."""
 
-    def __init__(self, request: StreamTrialRequest, context: PlanningContext) -> None:
-        self.request, self.context = request, context
+    def __init__(self, request: StreamTrialRequest, contexts: Sequence[PlanningContext]) -> None:
+        self.request, self.arms = request, StreamArms(contexts)
         self.stream, camera = request.stream, request.camera
         self.tracks = None if camera is None else BeltPerception(self.stream, camera, request.seed)
-        home = context.cell.home
-        self.home = Start(home.q, home.tool_state)
-        self.arm, self.t, self.look = self.home, 0.0, 0
+        self.t, self.look = 0.0, 0
         self.open = {riding.id: _Item(riding) for riding in self.stream.items}
         self.decided: dict[str, StreamItemResult] = {}
         self.n_collisions = self.n_limit_violations = self.n_stops = 0
@@ -131,16 +133,60 @@ class _StreamTrial:
             item = self.open[riding.id]
             if self.t < item.t_next or self._is_too_late(believed, riding, item):
                 continue
-            plan = self._planned(believed, riding.id)
-            if plan is not None:
-                self._execute(item, plan)
+            if self._is_taken(believed, item):
                 return
-            self.t += QUERY_CHARGE
             item.t_next = self.t + TRY_AGAIN
         self.t += LOOK_AGAIN
 
+    def _is_taken(self, believed: ItemStream, item: _Item) -> bool:
+        """Take an item with the arm that acted last, else with another one; False without a plan by any."""
+        arms = self.arms
+        plan = self._planned(believed, item.riding.id, arms.context, arms.start, self.t)
+        if plan is not None:
+            self._execute(item, plan)
+            return True
+        self.t += QUERY_CHARGE
+        for context in arms.others:
+            parking = self._parking(believed)
+            if isinstance(parking, NoPlanError):
+                item.reason = str(parking)
+                return False
+            t = self.t + (0.0 if parking is None else parking.trajectory.duration + PARKED)
+            plan = self._planned(believed, item.riding.id, context, arms.home(context), t)
+            if plan is not None:
+                if parking is not None and not self._is_parked(item, parking, t):
+                    return True
+                arms.let_act(context)
+                self._execute(item, plan)
+                return True
+            self.t += QUERY_CHARGE
+        return False
+
+    def _parking(self, believed: ItemStream) -> Plan | NoPlanError | None:
+        """Plan to park the arm that acts; None if it is parked."""
+        try:
+            return self.arms.parking(believed, self.t, self.request.seed + self.look)
+        except NoPlanError as error:
+            return error
+
+    def _is_parked(self, item: _Item, parking: Plan, until: float) -> bool:
+        """Park the arm that acts, and wait until a time (s); False if its motion was stopped."""
+        true, t_start = self._riding(), self.t
+        world = self._world(true)
+        run = execute(parking, world)
+        self._pass(true, t_start, t_start + run.t_end)
+        self._learn(world, t_start + world.t, true, item)
+        self._count(item, run)
+        world.close()
+        self.arms.start = Start(world.q.copy(), world.tool_state)
+        if run.stop is not None:
+            self._by_hand()
+            return False
+        self.t = max(self.t, until)
+        return True
+
     def _is_too_late(self, believed: ItemStream, riding: RidingItem, item: _Item) -> bool:
-        """Whether an item leaves its window sooner than any pick so far took, or than any can by bounds.
+        """Whether an item leaves its window sooner than any pick so far took, or than any arm can by bounds.
 
         Both are told at once, at no charge.
         """
@@ -151,10 +197,14 @@ class _StreamTrial:
             takes = f"no pick took less than {self.least_taking:.1f} s"
             item.reason = item.reason or f"too late: it leaves the window in {left:.1f} s, {takes}"
             return True
-        never = why_never(self.context, believed, InterceptQuery(riding.id, self.t), self.arm)
-        if never is not None:
+        query, arms = InterceptQuery(riding.id, self.t), self.arms
+        acting = (arms.context, arms.start)
+        for context, start in (acting, *((other, arms.home(other)) for other in arms.others)):
+            never = why_never(context, replace(believed, cell=context.cell), query, start)
+            if never is None:
+                return False
             item.reason = item.reason or str(never)
-        return never is not None
+        return True
 
     def result(self) -> StreamTrialResult:
         """Return the result of a trial whose items are all decided."""
@@ -186,12 +236,13 @@ class _StreamTrial:
         missed = "the arm was busy with others" if item.was_known else "it was never seen well enough"
         reason = item.reason or ("" if outcome is ItemOutcome.DELIVERED else missed)
         self.decided[item_id] = StreamItemResult(
-            item_id, outcome, item.attempts, reason, item.t_end, item.met
+            item_id, outcome, item.attempts, reason, item.t_end, item.met, item.arm
         )
 
     def _riding(self) -> ItemStream:
-        """Return the true stream of the items that are still open."""
-        return replace(self.stream, items=tuple(item.riding for item in self.open.values()))
+        """Return the true stream of the items that are still open; of one by one, the first of them."""
+        items = tuple(item.riding for item in self.open.values())
+        return replace(self.stream, items=items[:1] if self.stream.one_by_one else items)
 
     def _perceived(self) -> ItemStream:
         """Perceive what was on the belt when the query had to begin, with errors of poses and speed.
@@ -218,15 +269,16 @@ class _StreamTrial:
         error = 2.0 * request.speed_error
         return replace(true, items=items, speed=most, speed_error=error, noise=request.noise)
 
-    def _planned(self, believed: ItemStream, item_id: str) -> Plan | None:
-        """Plan to take an item; remember why not."""
-        query = InterceptQuery(item_id, self.t)
-        scene = believed.scene_at(query.now)
+    def _planned(
+        self, believed: ItemStream, item_id: str, context: PlanningContext, start: Start, t: float
+    ) -> Plan | None:
+        """Plan to take an item with an arm from a time (s) on; remember why not."""
+        seen = replace(believed, cell=context.cell)
+        query = InterceptQuery(item_id, t, destination_of(context.cell))
+        scene, seed = seen.scene_at(t), self.request.seed
         began = time.perf_counter()
         try:
-            plan = plan_intercept(
-                self.context, believed, query, self.arm, self.request.seed, certifier(scene)
-            )
+            plan = plan_intercept(context, seen, query, start, seed, certifier(scene))
         except NoPlanError as error:
             self.open[item_id].reason = str(error)
             self.refusing_ms.append(1e3 * (time.perf_counter() - began))
@@ -240,34 +292,25 @@ class _StreamTrial:
 
     def _execute(self, item: _Item, plan: Plan) -> None:
         """Execute a plan in a world with what is truly on the belt."""
-        true = self._riding()
-        scene = true.scene_at(self.t)
-        item.attempts, item.reason = item.attempts + 1, ""
-        seed = self.request.seed + self.look
-        world = World(scene, self.arm.q, self.arm.tool_state, reality=self.request.reality, seed=seed)
-        if true.speed > 0.0:
-            world.run_belt(true.conveyor, true.speed)
-        cell, release_time = self.context.cell, self.context.settings.release_time
-        watch = _Watch(plan, world, self.context.method.rests(cell.devices, release_time).taking)
+        true, t_start, context = self._riding(), self.t, self.arms.context
+        item.attempts, item.reason, item.arm = item.attempts + 1, "", context.cell.arm
+        world = self._world(true)
+        release_time = context.settings.release_time
+        watch = MeetingWatch(plan, world, context.method.rests(context.cell.devices, release_time).taking)
         run = execute(plan, world, on_step=watch.after_step)
-        t_start = self.t
-        self.t += run.t_end  # from where the arm goes on, while what it has dropped still falls
         # Clear of what the belt brings, the empty arm goes on from where it came to rest.
         goes_on = run.stop is None or (bool(run.is_clear) and world.held is None)
-        if self.tracks is not None:
-            self.tracks.take(true, t_start)
-            self.tracks.hide(t_start, self.t + (0.0 if goes_on else RESET_TIME))
+        # The arm goes on while what it has dropped still falls.
+        self._pass(true, t_start, t_start + run.t_end, 0.0 if goes_on else RESET_TIME)
         self._learn(world, t_start + world.t, true, item)
         item.t_end, self.t_end = self.t, self.t
         item.met = watch.measured(t_start)
         self._count(item, run)
-        self.n_stops += run.stop is not None
-        if goes_on:
-            self.arm = Start(world.q.copy(), world.tool_state)
-        else:
-            self.t, self.arm = self.t + RESET_TIME, self.home
+        self.arms.start = Start(world.q.copy(), world.tool_state)
+        if not goes_on:
+            self._by_hand()
         where = world.placed(plan.grasp.item).location if plan.grasp is not None else ""
-        if where == TOTE:
+        if where in self.arms.destinations:
             self._close(item.riding.id, ItemOutcome.DELIVERED)
         elif where != next(iter(true.carrier.places)):
             item.reason = item.reason or f"it is {where}"
@@ -276,10 +319,31 @@ class _StreamTrial:
             item.reason = item.reason or "it stayed on the belt"
         world.close()
 
+    def _world(self, true: ItemStream) -> World:
+        """Return a world with what is truly on the belt now, and the arm that acts where it is."""
+        arms, seed = self.arms, self.request.seed + self.look
+        scene = replace(true.scene_at(self.t), cell=arms.context.cell)
+        world = World(scene, arms.start.q, arms.start.tool_state, reality=self.request.reality, seed=seed)
+        if true.speed > 0.0:
+            world.run_belt(true.conveyor, true.speed)
+        return world
+
+    def _pass(self, true: ItemStream, t_start: float, t_end: float, hidden: float = 0.0) -> None:
+        """Let the time pass in which an arm moved, and hid the belt for so many s longer."""
+        self.t = t_end
+        if self.tracks is not None:
+            self.tracks.take(true, t_start)
+            self.tracks.hide(t_start, t_end + hidden)
+
+    def _by_hand(self) -> None:
+        """Let the arm that acts be brought home by hand."""
+        self.t, self.arms.start = self.t + RESET_TIME, self.arms.home(self.arms.context)
+
     def _count(self, item: _Item, run: Execution) -> None:
         """Count what must not happen, and note what stopped the motion."""
         self.n_collisions += len(run.collisions)
         self.n_limit_violations += len(run.limit_violations)
+        self.n_stops += run.stop is not None
         if run.stop is not None:
             item.reason = "; on the way off: ".join(map(str, (run.stop, *run.stops_on_way_off)))
 
@@ -298,45 +362,3 @@ class _StreamTrial:
             if is_off and placed.id != taken:
                 other.reason = f"knocked off the belt in an attempt at {taken}"
                 self._close(placed.id, ItemOutcome.LOST)
-
-
-class _Watch:
-    """Measures how cup and item move relative to each other while the cup rests on the item to seal.
-
-    On a belt that is slower than planned that is later than planned.
-    """
-
-    def __init__(self, plan: Plan, world: World, rest: float) -> None:
-        """Watch a plan from its start in a world. rest: s at the end of the contact while the cup seals."""
-        assert plan.grasp is not None
-        self.item, self.T_item_tip = plan.grasp.item, plan.grasp.T_item_tip
-        contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
-        self.t_planned, self.rest = world.t + contact.t_end - rest, rest
-        self.t_rests: float | None = None  # when the cup came to rest on the item
-        self.along = np.array([1.0, 0.0, 0.0])
-        if plan.tracking is not None:
-            self.along = world.cell.carriers[plan.tracking.conveyor].T_world_carrier[:3, 0]
-        self.slip, self.offset = 0.0, np.inf
-        self.t_held: float | None = None
-
-    def after_step(self, world: World) -> None:
-        """Look at cup and item after a step."""
-        if self.t_held is None and world.held == self.item:
-            self.t_held = world.t
-        if self.t_rests is not None and world.t > self.t_rests + self.rest:
-            return
-        tip, last = world.tip, world.robot.tool.last_link
-        off = inverse(self.T_item_tip) @ inverse(world.engine.pose(self.item)) @ tip
-        linear, _ = world.engine.relative_velocity(self.item, ROBOT, last, tip[:3, 3])
-        if self.t_rests is None and off[2, 3] > -TOUCH and abs(float(linear @ tip[:3, 2])) < RESTING:
-            self.t_rests = world.t
-        if self.t_rests is None:
-            return
-        self.slip = max(self.slip, abs(float(linear @ self.along)))
-        self.offset = float(np.hypot(off[0, 3], off[1, 3]))
-
-    def measured(self, t_start: float) -> MeetingRecord | None:
-        """Return the measurement; None if the cup never held the item. t_start: s of the stream."""
-        if self.t_held is None:
-            return None
-        return MeetingRecord(t_start + self.t_planned, self.t_held - self.t_planned, self.slip, self.offset)

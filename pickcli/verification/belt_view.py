@@ -16,7 +16,8 @@ from itertools import product
 
 import numpy as np
 
-from pickcli.cell.robot import Joint, JointType, Limits, Robot, massless_link
+from pickcli.cell.robot import JointType, Robot
+from pickcli.cell.robots.travelling import travelling
 from pickcli.cell.shapes import ShapeKind, hull
 from pickcli.errors import Reason
 from pickcli.geometry import Array
@@ -73,7 +74,7 @@ class BeltView:
         carrier = scene.cell.carriers[tracking.conveyor]
         at_contact = after_travel(scene, tracking.conveyor, tracking.speed * contact.t_end)
         along = scene.pose_of(carrier).T_world_carrier[:3, 0]
-        robot = _travelling(scene.cell.robot, along, tracking.conveyor)
+        robot = travelling(scene.cell.robot, along, tracking.conveyor)
         seen_scene = replace(at_contact, cell=replace(scene.cell, robot=robot))
         t = plan.trajectory.times
         travel, speeds = -tracking.speed * (t - contact.t_end), np.full(len(t), -tracking.speed)
@@ -267,26 +268,6 @@ def _times_in_window(plan: Plan, scene: Scene) -> tuple[float, float]:
     travel = float((scene.find(plan.grasp.item).T_world_item[:3, 3] - T[:3, 3]) @ T[:3, 0])
     first, last = carrier.conveyor.window
     return (first - travel) / plan.tracking.speed, (last - travel) / plan.tracking.speed
-
-
-def _travelling(robot: Robot, along: Array, name: str) -> Robot:
-    """Return the robot on a linear joint along a direction (3,) of the world."""
-    ground, root = f"{name} at the contact", robot.links[0].name
-    axis = robot.T_world_base[:3, :3].T @ along
-    joint = Joint(
-        f"travel of {name}", JointType.PRISMATIC, ground, root, np.eye(4), axis, lower=-100.0, upper=100.0
-    )
-    limits = robot.limits
-    rows = (limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk)
-    return replace(
-        robot,
-        links=(massless_link(ground), *robot.links),
-        joints=(joint, *robot.joints),
-        joint_names=(joint.name, *robot.joint_names),
-        limits=Limits(
-            *(np.insert(row, 0, end) for row, end in zip(rows, (-100.0, 100.0, *3 * [np.inf]), strict=True))
-        ),
-    )
 
 
 def _with_travel(plan: Plan, robot: Robot, positions: Array, velocities: Array) -> Plan:

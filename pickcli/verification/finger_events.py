@@ -1,4 +1,7 @@
-"""Check events of fingers: they close on and open from the item while the arm rests, by one command each."""
+"""Check events of fingers: they close on and open from the item while the arm rests, by one command each.
+
+On an item that rides on a belt they close while the tool rests relative to that.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,12 @@ import numpy as np
 
 from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.errors import Reason
+from pickcli.geometry import Array
 from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.quintic import positions_at
 
 EVENT_TIME_TOLERANCE = 1e-6  # s
@@ -71,20 +76,32 @@ def _commands(plan: Plan, scene: Scene) -> list[Event]:
 def _moved_at_rest(
     plan: Plan, scene: Scene, segment: Segment, what: str, is_meant: Callable[[float], bool]
 ) -> Iterator[Reason]:
-    """Check that the arm rests during a segment and exactly one command moves the fingers as intended."""
+    """Check that the arm rests during a segment and exactly one command moves the fingers as intended.
+
+    On a running belt the tool rests as seen from there.
+    """
     t_start, t_end = segment.t_start, segment.t_end
     times = np.linspace(t_start, t_end, max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1))
     q = positions_at(plan.trajectory, times)
-    moved = float(np.abs(q - q[-1]).max())
+    rides = plan.tracking is not None and segment.kind is SegmentKind.CONTACT
+    resting = _tool_on_belt(scene, segment, q) if rides else q
+    moved = float(np.ptp(resting, axis=0).max())
     if moved > JOINT_REST_TOLERANCE:
+        has_to, moves = ("tool", "on the belt it moves") if rides else ("arm", "a joint moves")
         detail = (
-            f"the arm has to rest from {t_start:.3f} to {t_end:.3f} s; a joint moves by {moved:.6f} rad or m"
+            f"the {has_to} has to rest from {t_start:.3f} to {t_end:.3f} s; {moves} by {moved:.6f} rad or m"
         )
         yield Reason(f"fingers {what} while the arm moves", f"{segment.kind}", detail)
     inside = [event for event in _commands(plan, scene) if _is_within(event, t_start, t_end)]
     positions = scene.cell.robot.tool.positions
     meant = [event for event in inside if is_meant(positions[ToolState(event.action)])]
     yield from _one(meant, f"fingers {what}", f"from {t_start:.3f} to {t_end:.3f} s")
+
+
+def _tool_on_belt(scene: Scene, segment: Segment, q: Array) -> Array:
+    """Return where the tool is at configurations (N, n) of a robot that is seen from a belt: (N, 4, 4)."""
+    robot = scene.cell.robot
+    return tip_poses(robot, link_poses(robot, q), segment.tool_state)
 
 
 def _is_within(event: Event, t_start: float, t_end: float) -> bool:

@@ -116,6 +116,9 @@ def test_the_orders_ask_for_known_items_only() -> None:
     assert paths
     for path in paths:
         order = json.loads(path.read_text())
+        if order.get("format") == "apc stream":
+            assert all((each["name"], each["year"]) in ITEMS for each in order["items"]), path.name
+            continue
         names = [n for contents in order["bin_contents"].values() for n in contents]
         names += order.get("tote_contents", [])
         years = {2015} if "2015" in path.name else {2016}

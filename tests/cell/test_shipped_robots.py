@@ -51,8 +51,30 @@ ARM_OF_BAXTER = (
 )
 ARMS_OF_BAXTER = tuple(f"{side}_{link}" for side in ("left", "right") for link in (*ARM_OF_BAXTER, "wrist"))
 FINGERS_OF_BAXTER = tuple(f"l_gripper_{side}_finger{part}" for side in "lr" for part in ("", "_tip"))
+ARMS_OF_PR2 = tuple(
+    f"{side}_{link}_link"
+    for side in "lr"
+    for link in (
+        "shoulder_pan",
+        "shoulder_lift",
+        "upper_arm",
+        "elbow_flex",
+        "forearm",
+        "wrist_flex",
+        "gripper_palm",
+    )
+)
+ROLLS_OF_PR2 = tuple(f"{side}_{link}_roll_link" for side in "lr" for link in ("upper_arm", "forearm"))
 # By links without shapes of their own, the link that carries them.
 CARRIERS = {f"l_gripper_{side}_finger_tip": f"l_gripper_{side}_finger" for side in "lr"}
+CARRIERS |= {roll: roll.replace("_roll", "") for roll in ROLLS_OF_PR2}
+# By links that turn about a shaft, the link that the shaft is in: its shape goes all around.
+SHAFTS = {
+    f"{side}_{link}{roll}_link": f"{side}_{inner}_link"
+    for side in "lr"
+    for link, inner in (("upper_arm", "shoulder_lift"), ("forearm", "elbow_flex"))
+    for roll in ("", "_roll")
+} | {f"{side}_gripper_palm_link": f"{side}_wrist_flex_link" for side in "lr"}
 PANDA_LINKS = tuple(f"panda_link{k}" for k in range(8))
 OTHERS = {
     "panda_table": Other(
@@ -76,6 +98,15 @@ OTHERS = {
                 "screen",
             ),
             "visual",
+        ),
+    ),
+    "pr2_belt": Other(
+        "pr2_description/urdf/pr2.urdf",
+        "base_link",
+        (*ARMS_OF_PR2, "l_gripper_tool_frame", "r_gripper_tool_frame", "head_tilt_link"),
+        dict.fromkeys(
+            ("base_link", "torso_lift_link", "head_pan_link", "head_tilt_link", *ARMS_OF_PR2, *ROLLS_OF_PR2),
+            "collision",
         ),
     ),
 }
@@ -104,7 +135,11 @@ def ours(cell: str) -> PlainUrdf:
 def test_every_link_is_where_others_have_it(cell: str) -> None:
     path = data_path() / "cells" / cell / "robot.urdf"
     joints = read_urdf(path, path.parent, {}).joints.values()
-    moving = {joint.name: (joint.lower, joint.upper) for joint in joints if joint.upper > joint.lower}
+    moving = {
+        joint.name: (max(joint.lower, -np.pi), min(joint.upper, np.pi))
+        for joint in joints
+        if joint.upper > joint.lower
+    }
     rng, other = np.random.default_rng(7), OTHERS[cell]
     for _ in range(N_CONFIGURATIONS):
         q = {name: float(rng.uniform(*bounds)) for name, bounds in moving.items()}
@@ -122,8 +157,9 @@ def test_the_shapes_contain_the_real_link(cell: str, link: str) -> None:
     T_carrier_mesh = np.linalg.inv(theirs(cell).pose(carrier, {})) @ theirs(cell).pose(link, {}) @ T_link_mesh
     points = transform_points(T_carrier_mesh, surface_points(path, N_POINTS, np.random.default_rng(3)))
     urdf = data_path() / "cells" / cell / "robot.urdf"
-    shapes = read_urdf(urdf, urdf.parent, {}).links[carrier].bodies
-    assert outside(points, shapes).max() < ROUNDING
+    links = read_urdf(urdf, urdf.parent, {}).links
+    inner = links[SHAFTS[link]].bodies if link in SHAFTS else ()
+    assert outside(points, (*links[carrier].bodies, *inner)).max() < ROUNDING
 
 
 @pytest.mark.parametrize("cell", OTHERS)

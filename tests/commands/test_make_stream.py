@@ -40,3 +40,38 @@ def test_a_stream_is_no_scene(tmp_path: Path) -> None:
     assert apc("make-stream", "--items", "2", "-o", path).code == 0
     planned = apc("plan-pick", "--scene", path, "--bin", "belt", "--item", "x", "-o", tmp_path / "p.json")
     refused(planned, 3, "is a stream of items, but a scene is expected here")
+
+
+def test_items_one_by_one_are_for_a_belt_that_stands(tmp_path: Path) -> None:
+    runs = apc("make-stream", "--one-by-one", "--speed", "0.1", "-o", tmp_path / "s.json")
+    refused(runs, 3, "--one-by-one: items are set down so on a belt that stands; take --speed 0")
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        (("--within", "0.5,1.0"), "add --one-by-one"),
+        (("--one-by-one", "--within", "2.0,1.0"), "take 0 <= LO <= HI up to that"),
+        (("--one-by-one", "--within", "1.0,9.0"), "the belt is 3.1 m long"),
+    ],
+)
+def test_stretches_that_are_none_are_refused(options: tuple[str, ...], fault: str, tmp_path: Path) -> None:
+    refused(apc("make-stream", "--speed", "0", *options, "-o", tmp_path / "s.json"), 3, fault)
+
+
+@pytest.mark.parametrize("text", ["1.0", "a,b", "nan,1", "0.1,inf"])
+def test_a_stretch_is_two_numbers(text: str, tmp_path: Path) -> None:
+    misused(apc("make-stream", "--within", text, "-o", tmp_path / "s.json"), "expected LO,HI in m")
+
+
+def test_fingers_are_brought_what_they_can_pinch(tmp_path: Path) -> None:
+    path = tmp_path / "s.json"
+    options = ("--cell", "pr2_belt", "--speed", "0", "--one-by-one", "--within", "0.6,1.5", "--items", "40")
+    assert apc("make-stream", *options, "-o", path).code == 0
+    stream = json.loads(path.read_text())
+    assert stream["one_by_one"] is True
+    assert all(0.6 <= item["position"][0] <= 1.5 for item in stream["items"])
+    names = {item["name"] for item in stream["items"]}
+    assert "dove_beauty_bar" in names and not names & {"kleenex_tissue_box", "folgers_classic_roast_coffee"}
+    told = json.loads(apc("inspect", path, "--json").out)  # no arm need be named
+    assert told["n_items"] == 40

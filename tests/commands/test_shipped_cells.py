@@ -12,6 +12,8 @@ from support.command_line import apc
 MOVES = {  # by cell and arm: from home to where
     ("panda_table", None): "parked",
     ("ur5e_crates", None): "parked",
+    ("pr2_belt", "left"): "belt",
+    ("pr2_belt", "right"): "bin_right",
     ("apc2016_kth", "right"): "tote",
     ("apc2016_kth", "left"): "tote",
     ("apc2016_kth_picking", "right"): "drop_0",

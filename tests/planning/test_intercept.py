@@ -14,11 +14,13 @@ from pickcli.cell.data_path import data_path
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import NoPlanError, UnknownNameError
 from pickcli.geometry import inverse, pose
+from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import times_at_work
 from pickcli.motion.plan_file import plan_to_dict
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.intercept import InterceptQuery, plan_intercept
+from pickcli.planning.belt_query import InterceptQuery
+from pickcli.planning.intercept import plan_intercept
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -211,7 +213,6 @@ FRAME = "xyz: [-3.20, 0.65, 0.60], rpy: [0, 0, 0]"
     ("old", "new", "told"),
     [
         (RAIL, RAIL.replace("1.0", "0.3"), "joint too slow: rail reaches 0.3 m/s, the belt runs at 0.33 m/s"),
-        (FRAME, FRAME.replace("0, 0]", "0, 0.05]"), "no axis along the belt"),
         ("window: [1.20, 2.85]", "window: [1.20, 1.50]", "out of the window"),
     ],
 )
@@ -222,6 +223,20 @@ def test_a_cell_that_cannot_follow_the_belt_says_why(copy: CellCopy, old: str, n
     query = InterceptQuery(items.items[0].id, items.items[0].stamp + 0.3)
     with pytest.raises(NoPlanError, match=told):
         plan_intercept(PlanningContext(other), items, query, home())
+
+
+def test_along_a_belt_that_is_turned_from_the_rail_all_joints_follow(copy: CellCopy) -> None:
+    """The rail is one joint of eight then; with a cup as with fingers."""
+    copy.yaml.replace(FRAME, FRAME.replace("0, 0]", "0, 0.05]"))
+    other = copy.load()
+    items = make_stream(other, StreamRequest(2, 0.33, (0.3, 0.4)), 4)
+    query = InterceptQuery(items.items[0].id, items.items[0].stamp + 0.3)
+    plan = plan_intercept(PlanningContext(other), items, query, home())
+    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
+    times = np.linspace(contact.t_end - 0.25, contact.t_end, 50)  # the cup seals
+    arm, along = Arm(other.robot), items.carrier.T_world_carrier[:3, 0]
+    tips = np.array([arm.tip(q, contact.tool_state)[:3, 3] for q in plan.trajectory.sample(times)])
+    assert float(np.ptp(tips - 0.33 * np.outer(times, along), axis=0).max()) < 1e-6
 
 
 def test_only_an_axis_that_carries_the_whole_arm_follows_a_belt() -> None:

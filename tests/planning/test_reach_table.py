@@ -12,7 +12,8 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.planning import intercept
-from pickcli.planning.intercept import InterceptQuery, plan_intercept, why_never
+from pickcli.planning.belt_query import InterceptQuery
+from pickcli.planning.intercept import plan_intercept, why_never
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.reach_table import too_late_by

@@ -124,6 +124,17 @@ def test_the_same_seed_gives_the_same_bytes(cell: Cell, tmp_path: Path) -> None:
     assert (tmp_path / "a.json").read_bytes() != (tmp_path / "c.json").read_bytes()
 
 
+def test_items_one_by_one_may_lie_where_others_lay_and_only_one_is_there(cell: Cell, tmp_path: Path) -> None:
+    stream = make_stream(cell, StreamRequest(30, 0.0, (0.1, 0.2), one_by_one=True), 2)
+    write_stream(stream, tmp_path / "a.json")
+    again = read_stream(tmp_path / "a.json")
+    assert again.one_by_one and len(again.items) == 30
+    assert [placed.id for placed in again.scene_at(0.0).items] == [again.items[0].id]
+    last = again.items[-1].id
+    assert [placed.id for placed in again.presenting(last).scene_at(0.0).items] == [last]
+    assert drawn(cell).presenting(drawn(cell).items[0].id).items[1:] != ()
+
+
 def put(*path: Any, value: Any) -> Callable[[Any], None]:
     def change(data: Any) -> None:
         for part in path[:-1]:
@@ -148,6 +159,7 @@ def moved(i: int, *by: float) -> Callable[[Any], None]:
         (put("speed", value=float("nan")), "NaN is not JSON"),
         (put("speed", value=0.6), "beyond the 0.5 m/s of belt"),
         (put("speed_error", value=0.2), "with its error is beyond the 0.5 m/s of belt"),
+        (put("one_by_one", value=True), "one by one on a belt that stands"),
         (put("conveyor", value="bellt"), "did you mean 'belt'?"),
         (put("conveyor", value="tote"), "unknown conveyor 'tote'"),
         (put("items", 1, "id", value="A"), "stands twice"),

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import load_cell
+from pickcli.cell.cell_file import load_cell, load_workcell
 from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
 from pickcli.errors import InputError
@@ -24,6 +24,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.robot_urdf import solid_cup, write_urdf
+from pickcli.simulation.scene_bodies import jointed_pairs
 from pickcli.simulation.world import ROBOT, World
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.forward_kinematics import link_poses
@@ -158,3 +159,12 @@ def test_a_robot_alone_plays_its_plans(tmp_path: Path) -> None:
     execution = execute(plan_of(cell), world)
     assert (execution.stop, execution.collisions, execution.limit_violations) == (None, (), ())
     np.testing.assert_allclose(world.q, cell.configurations["away"].q, atol=1e-4)
+
+
+def test_links_that_a_joint_connects_through_one_without_a_shape_are_left_out() -> None:
+    """As planner and verifier have it: between the PR2's wrist and palm is a link without a shape."""
+    robot = load_workcell("pr2_belt").cell("left").robot
+    pairs = set(jointed_pairs(robot))
+    assert ("l_gripper_palm_link", "l_wrist_flex_link") in pairs
+    assert ("l_wrist_flex_link", "l_forearm_link") in pairs
+    assert not any({"l_gripper_palm_link", "l_forearm_link"} == set(pair) for pair in pairs)

@@ -2,5 +2,5 @@
 
 Start with `urdf`, which uses `urdf_link`, `urdf_joint`, `urdf_origin` and `mesh_names`, then `srdf`.
 `robot_tree` joins several robots into one tree, `planning_group` selects the joints that an arm moves,
-`urdf_writer` writes.
+`travelling` puts a robot on one more joint, `urdf_writer` writes.
 """

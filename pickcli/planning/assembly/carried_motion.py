@@ -21,7 +21,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.timing.concatenation import RestingRun
 from pickcli.timing.plan_parts import PlanPart
 
-LET_GO = 0.05  # s at rest over a rim at the end of a plan, in which the item has left the cup
+LET_GO = 0.05  # s at rest over a rim at the end of a plan, in which the item has left the tool
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,14 +95,17 @@ def _at_rest_in_the_end(context: PlanningContext, placement: PlaceMotion, part: 
     """
     devices = context.cell.devices
     rest = context.method.rests(devices, context.settings.release_time).releasing
+    if context.method.closes_at_rest:
+        return replace(part, rest=rest, at_rest=placement.away[0])
     rest += device_of(devices, DeviceKind.VALVE).lead if placement.ends_at_release else 0.0
-    return replace(part, rest=rest, at_rest=placement.away[0] if context.method.closes_at_rest else None)
+    return replace(part, rest=rest, at_rest=None)
 
 
 def _away(context: PlanningContext, placement: PlaceMotion) -> PlanPart | Failures:
     """Time and prove the way of the empty tool from the release; from over a rim there is none."""
     if placement.ends_at_release:
-        return PlanPart(placement.away, RestingRun.of(context.arm.names, placement.away[0].start, LET_GO))
+        last = placement.away[-1]
+        return PlanPart([last], RestingRun.of(context.arm.names, last.start, LET_GO))
     segments = scaled_segments(context.cell.speed_scale, placement.away)
     run = proven_run(context, placement.scene, segments)
     return run if isinstance(run, Failures) else PlanPart(segments, run)

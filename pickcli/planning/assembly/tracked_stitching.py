@@ -207,7 +207,7 @@ def _timed(
 ) -> _TimedParts | Failures:
     """Time all parts, each along the axis where it is in its own time."""
     context = taking.problem.context
-    carried = _paced(carried)
+    carried = paced_leaving(carried)
     transfer = carried_motion(meeting.after, replace(carried, taking=replace(carried.taking, outward=())))
     if isinstance(transfer, Failures):
         return transfer
@@ -241,8 +241,15 @@ def _timed(
     )
 
 
-def _paced(carried: PickMotion) -> PickMotion:
-    """Return a motion whose way with the item to its placement leaves room for the pace of a faster belt."""
+def paced_leaving(carried: PickMotion) -> PickMotion:
+    """Return a motion whose way with the item to its placement leaves room for the pace of a faster belt.
+
+    Args:
+        carried: The motion.
+
+    Returns:
+        The motion, with that way slowed down.
+    """
     transfer, inward = carried.transfer, carried.placement.inward
     placement = replace(carried.placement, inward=tuple(each.scaled(PACED_LEAVING) for each in inward))
     segments = tuple(each.scaled(PACED_LEAVING) for each in transfer.segments)
@@ -254,14 +261,16 @@ def _offset(tracked: TrackedMotion, t: float) -> float:
     return float(tracked.offset(np.array([t]))[0][0])
 
 
-def _proofs(meeting: Meeting, taking: TimedTaking, carried: PickMotion, timed: _TimedParts) -> list[_Proof]:
+def _proofs(
+    meeting: Meeting, taking: TimedTaking, carried: PickMotion, timed: _TimedParts
+) -> list[SceneSegment]:
     """Return what is to be proven, one for each segment of the plan."""
-    scenes = [meeting.after.scene] * (len(after := _segments_of(timed.leaving)) - timed.n_away)
+    scenes = [meeting.after.scene] * (len(after := segments_of(timed.leaving)) - timed.n_away)
     return [
-        *(_Proof(meeting.coming, segment) for segment in _segments_of(timed.coming)),
-        *(_Proof(taking.problem.scene, segment) for segment in _segments_of(timed.tracking)),
+        *(SceneSegment(meeting.coming, segment) for segment in segments_of(timed.coming)),
+        *(SceneSegment(taking.problem.scene, segment) for segment in segments_of(timed.tracking)),
         *(
-            _Proof(scene, segment)
+            SceneSegment(scene, segment)
             for scene, segment in zip(scenes + [carried.placement.scene] * timed.n_away, after, strict=True)
         ),
     ]
@@ -275,7 +284,7 @@ def _load(
     context, motion = meeting.after.context, taking.motion
     hold = taking.problem.hold(motion.grasp.face, motion.attached.T_tip_item)
     released = max(segment.t_end for segment in segments if segment.held is not None)
-    leaving = _between(trajectory, timed.tracked.t_leaving, released)
+    leaving = stretch(trajectory, timed.tracked.t_leaving, released)
     load = carried_load(context.arm, motion.holding_state, leaving, hold)
     if load.ratio > context.settings.load_ratio * (1.0 + BETWEEN):
         held = f"{load} as the axis comes to rest, {load.ratio:.2f} of the limit"
@@ -291,8 +300,15 @@ def _along(part: PlanPart, axis: int, by: float) -> PlanPart:
     return replace(part, run=replace(part.run, trajectory=shifted(part.run.trajectory, axis, by)))
 
 
-def _segments_of(parts: Sequence[PlanPart]) -> list[MotionSegment]:
-    """Return the segments of parts, one for each segment of the plan."""
+def segments_of(parts: Sequence[PlanPart]) -> list[MotionSegment]:
+    """Return the segments of parts, one for each segment of the plan.
+
+    Args:
+        parts: Parts of a plan, in their order.
+
+    Returns:
+        Their segments, without time.
+    """
     found: list[MotionSegment] = []
     continues = False
     for part in parts:
@@ -302,8 +318,17 @@ def _segments_of(parts: Sequence[PlanPart]) -> list[MotionSegment]:
     return found
 
 
-def _between(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory:
-    """Return the points of a trajectory between two of its times."""
+def stretch(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory:
+    """Return the points of a trajectory between two of its times.
+
+    Args:
+        trajectory: The trajectory.
+        t_start: s, the time of a point.
+        t_end: s, the time of another.
+
+    Returns:
+        These points, from 0 s on.
+    """
     t = trajectory.times
     kept = (t >= t_start - SAME_TIME) & (t <= t_end + SAME_TIME)
     rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
@@ -311,15 +336,20 @@ def _between(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class _Proof:
-    """A segment, and the scene in which it was planned."""
+class SceneSegment:
+    """A segment that is to be proven.
+
+    Attributes:
+        scene: Scene in which it was planned.
+        segment: The segment.
+    """
 
     scene: Scene
     segment: MotionSegment
 
 
 def _why_not_free(
-    meeting: Meeting, taking: TimedTaking, proofs: Sequence[_Proof], trajectory: Trajectory,
+    meeting: Meeting, taking: TimedTaking, proofs: Sequence[SceneSegment], trajectory: Trajectory,
     segments: Sequence[Segment],
 ) -> Reason | None:  # fmt: skip
     """Explain why a motion is not proven free of the hall, or of what rides on the belt at every instant."""
@@ -338,7 +368,7 @@ def _why_not_free(
 
 
 def _why_not_free_at_work(
-    meeting: Meeting, taking: TimedTaking, proof: _Proof, trajectory: Trajectory, segment: Segment
+    meeting: Meeting, taking: TimedTaking, proof: SceneSegment, trajectory: Trajectory, segment: Segment
 ) -> Reason | None:
     """Explain why a segment is not proven free while the tool works on the belt."""
     context, axis, mode = taking.problem.context, meeting.axis, proof.segment.mode
@@ -348,20 +378,28 @@ def _why_not_free_at_work(
     as_seen = relative_to_belt(trajectory, axis, meeting.speed, taking.t_planned)
     # What is worked on is met where it is planned to be: displaced, the touch would count as too deep.
     run = RestingRun(as_seen, np.array([segment.t_start, segment.t_end]), np.ones(1))
-    met = context.checker_for(proof.scene, _without(others | riding - target, mode))
+    met = context.checker_for(proof.scene, without(others | riding - target, mode))
     if (unproven := why_not_proven(run, [proof.segment], [met])) is not None:
         return unproven
     off = np.full(len(trajectory.times), meeting.tracking.deviation)
-    beside = context.checker_for(proof.scene, _without(others | target, mode))
+    beside = context.checker_for(proof.scene, without(others | target, mode))
     if (unproven := why_not_swept(as_seen, segment, beside, axis, (-off, off))) is not None:
         return unproven
     # On a way off the belt the axis goes on with that while the lines are gone back, or on.
     q, limits = trajectory.positions[:, axis], context.arm.limits
     anywhere = (limits.lower[axis] - q, limits.upper[axis] - q)
-    hall = context.checker_for(proof.scene, _without(riding, mode))
+    hall = context.checker_for(proof.scene, without(riding, mode))
     return why_not_swept(trajectory, segment, hall, axis, anywhere)
 
 
-def _without(absent: set[str], mode: Mode) -> Mode:
-    """Return a mode in which some bodies and items of the world are absent."""
+def without(absent: set[str], mode: Mode) -> Mode:
+    """Return a mode in which some bodies and items of the world are absent.
+
+    Args:
+        absent: Their names.
+        mode: The mode.
+
+    Returns:
+        The mode without them.
+    """
     return replace(mode, contacts=replace(mode.contacts, absent=mode.contacts.absent | absent))

@@ -4,8 +4,9 @@
   plans for the tool without the arm, before any inverse kinematics; `grasp_motion` proves the lines of one
   grasp. Candidates are fixed ones of `grasping`, or found from the arm by `region_candidates`.
 - Extraction, in `extraction`: `planned_extraction` and `lift_sampling` if no simple corridor is free.
-- Over a running belt: `reach_table` says at once what is never met, and `belt_raise` lengthens the lines to
-  where the arm may wait whatever comes.
+- Over a running belt: `reach_table` says at once what is never met, `belt_raise` lengthens the lines to
+  where the arm may wait whatever comes, and `line_pace` slows them down, so that the belt may change its
+  speed.
 - Coarse motions: `grasp_transit` to the grasp, and `transfer` with the item to its placement, by ways of
   `item_transfer`.
 - Release, in `placement`: at `drop_placements` from above, off a belt by `rim_drops`; else by `set_down`,

@@ -2,7 +2,8 @@
 
 The straight way down between the walls and up again is a fifth of a cycle, and a belt does not wait. An item
 that is wholly over the rim may be dropped from there if its fall to the floor is within what every drop may
-have. Whatever lies between the walls is below the empty tool, so the next motion begins where this one ends.
+have; fingers need the room to open there. Whatever lies between the walls is below the empty tool, so the
+next motion begins where this one ends.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_segment import Mode, at_rest
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
@@ -40,15 +42,15 @@ def plan_rim_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
         failure.
     """
     state, empty, destination = chosen.holding_state, chosen.grasp.tool_state, problem.destination
-    if problem.context.method.closes_at_rest:
-        return Failures.of(Reason("fingers need room to open", destination.name, "between the walls only"))
     without = problem.scene.without(problem.target.id)
     placements = drop_placements(without, destination, chosen.attached, state, N_PLACEMENTS, over_rim=True)
     if isinstance(placements, Failures):
         return placements
     contacts = problem.contacts.while_transferring()
-    carrying, leaving = Mode(state, chosen.attached, contacts), Mode(empty, None, contacts)
-    Q, costs = _configurations(problem, chosen, placements, carrying)
+    carrying = Mode(state, chosen.attached, contacts)
+    opening = [Mode(MOVING, None, contacts)] if problem.context.method.closes_at_rest else []
+    leaving = [*opening, Mode(empty, None, contacts)]
+    Q, costs = _configurations(problem, chosen, placements, [carrying, *leaving])
     if not len(Q):
         return Failures.of(
             Reason(f"no place over the {destination.name}", "place", f"{len(placements)} tried")
@@ -58,7 +60,7 @@ def plan_rim_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
         PlaceMotion(
             problem.scene,
             (at_rest(SegmentKind.PLACE, Q[k], carrying),),
-            (at_rest(SegmentKind.DEPART, Q[k], leaving),),
+            tuple(at_rest(SegmentKind.DEPART, Q[k], mode) for mode in leaving),
             float(costs[k]),
         )
         for k in np.argsort(costs, kind="stable")[:N_MOTIONS].tolist()
@@ -66,16 +68,21 @@ def plan_rim_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
 
 
 def _configurations(
-    problem: PickProblem, chosen: GraspMotion, placements: Sequence[DropPlacement], carrying: Mode
+    problem: PickProblem, chosen: GraspMotion, placements: Sequence[DropPlacement], modes: Sequence[Mode]
 ) -> tuple[Array, Array]:
-    """Return the valid configurations (M, n) at placements, and the costs (M,) of these, s."""
+    """Return the configurations (M, n) at placements that are valid in all modes, and their costs (M,), s.
+
+    modes: the first holds the item
+    """
     context = problem.context
     rng = derived_rng(problem.seed, "drop over the rim", problem.target.id)
     named = context.configurations_at(problem.destination)
     seeds = np.vstack([chosen.end, *named, context.arm.random_seeds(rng, N_RANDOM)])
-    checker = context.checker_for(problem.scene, carrying)
-    solved = [context.arm.solve(each.release, carrying.tool_state, seeds) for each in placements]
+    solved = [context.arm.solve(each.release, modes[0].tool_state, seeds) for each in placements]
     costs = np.repeat([DROP_COST * each.cost for each in placements], [len(Q) for Q in solved])
     Q = np.vstack(solved)
-    are_valid = checker.are_valid(Q) if len(Q) else np.zeros(0, dtype=bool)
-    return Q[are_valid], costs[are_valid]
+    for mode in modes:
+        if len(Q):
+            are_valid = context.checker_for(problem.scene, mode).are_valid(Q)
+            Q, costs = Q[are_valid], costs[are_valid]
+    return Q, costs

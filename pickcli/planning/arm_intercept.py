@@ -1,0 +1,239 @@
+"""A pick from a running conveyor that the whole arm follows, met at the earliest time that is found.
+
+Without a linear axis along the belt every joint has to follow it, and another meeting is another motion. So
+times of contact are tried one after the other: grasps and lines are found with the belt where it is then,
+timed as if it stood, and followed with the belt (``timing.arm_tracking``); the arm has to be in time where
+that begins, and everything is proven (``followed_stitching``).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cell.device import DeviceKind
+from pickcli.collision.motion_segment import Mode, scaled_segments
+from pickcli.errors import Failures, NoPlanError, Reason
+from pickcli.geometry import Array
+from pickcli.kinematics.continuous_joints import unwound_towards
+from pickcli.motion.plan import Certify, Plan
+from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.assembly.carried_motion import carried_motion
+from pickcli.planning.assembly.followed_stitching import (
+    FollowedMeeting,
+    FollowedTaking,
+    follow_lines,
+    stitch_followed,
+)
+from pickcli.planning.assembly.proven_timing import proven_run
+from pickcli.planning.assembly.tracked_stitching import TimedTaking
+from pickcli.planning.belt_query import InterceptQuery, QueryBelt
+from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
+from pickcli.planning.pick_problem import PickProblem, PickQuery
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.belt_raise import raised_over_belt
+from pickcli.planning.stages.grasp_selection import feasible_grasps
+from pickcli.planning.stages.grasp_transit import transits_to_grasps
+from pickcli.planning.stages.line_pace import line_pace, paced_lines
+from pickcli.planning.stages.transfer import plan_transfer
+from pickcli.planning.start_state import Start
+from pickcli.timing.line_tracking import ramp_time
+
+SOONEST = 1.5  # s from the start until the first contact that is tried: a rule, not a proof
+LEFT_BEFORE = "leaves the window before it is lifted"
+LEAST_LEFT = 1.0  # s until the item leaves the window, from which on no later contact is tried
+EVERY = 0.2  # s between contacts that are tried
+PACED_COMING = 0.9  # of the limits for the way to the belt, whose time is that of the belt
+FOLLOWING = 0.5  # of the limits of acceleration and jerk, by which the arm comes up to the belt's speed
+LEAST_RAMP = 0.25  # s
+LONGER = (1.2, 2.0)  # times that ramp, until no joint is too slow for it
+# m by which the belt may be off the plan while the arm follows it. Fingers pass the item on both sides, and
+# need that room beside it, too.
+DEVIATION = 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """A query, with what it is planned by."""
+
+    context: PlanningContext
+    belt: QueryBelt
+    picked: PickQuery
+    start: Start
+    seed: int
+    along: Array
+    pace: float
+
+
+def plan_arm_intercept(
+    context: PlanningContext,
+    belt: QueryBelt,
+    query: InterceptQuery,
+    start: Start,
+    seed: int = 0,
+    certify: Certify | None = None,
+) -> Plan:
+    """Plan the pick of an item that rides on a conveyor which the whole arm follows.
+
+    Args:
+        context: The cell, its models and its precomputed files.
+        belt: The belt as the query sees it.
+        query: The requested pick.
+        start: Configuration and tool state in which the robot is at rest.
+        seed: Seed of all random choices.
+        certify: Returns the plan with its certificate, or the reasons for its rejection; None leaves plans
+            uncertified.
+
+    Returns:
+        The plan, valid for the scene at its start.
+
+    Raises:
+        NoPlanError: The item cannot be met, with every reason.
+    """
+    began, stream = time.perf_counter(), belt.stream
+    place = next(iter(stream.carrier.places))
+    if (late := why_too_late(context, belt, query)) is not None:
+        raise late
+    standing = context.checker_for(belt.start, Mode(start.tool_state))
+    if not standing.is_valid(start.q):
+        raise NoPlanError(query.label(place), [standing.explain(start.q).at("start")])
+    picked, along = PickQuery(place, query.item, query.into), stream.carrier.T_world_carrier[:3, 0]
+    belt = replace(belt, deviation=DEVIATION)
+    pace = line_pace(context.arm.limits, stream.belt.max_acceleration / stream.speed)
+    asked = _Asked(context, belt, picked, start, seed, along, pace)
+    failures = Failures()
+    for t_contact in _contacts(context, belt):
+        found = Failures()
+        for plan in _met(asked, t_contact):
+            if isinstance(plan, Plan):
+                plan = plan.with_statistics(planning_ms=1e3 * (time.perf_counter() - began))
+                plan = plan if certify is None else certify(plan)
+            if isinstance(plan, Plan):
+                return plan
+            found += plan
+        failures += found
+        if belt.last - t_contact < LEAST_LEFT and any(each.what == LEFT_BEFORE for each in found):
+            break  # later it is only nearer to the end of the window
+    raise NoPlanError(query.label(place), failures)
+
+
+def why_too_late(context: PlanningContext, belt: QueryBelt, query: InterceptQuery) -> NoPlanError | None:
+    """Say that an item leaves the window before the first contact that is tried.
+
+    Args:
+        context: The cell.
+        belt: The belt as the query sees it.
+        query: The requested pick.
+
+    Returns:
+        The error; None if there is time to try.
+    """
+    if (late := _soonest(context, belt) - belt.last) <= 0.0:
+        return None
+    reason = Reason("too late", query.item, f"by {1e3 * late:.0f} ms for the first contact that is tried")
+    return NoPlanError(query.label(next(iter(belt.stream.carrier.places))), [reason])
+
+
+def _soonest(context: PlanningContext, belt: QueryBelt) -> float:
+    """S from the start until the first contact that is tried."""
+    pumps = (each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP)
+    return max(belt.first, SOONEST, *pumps)
+
+
+def _contacts(context: PlanningContext, belt: QueryBelt) -> Iterator[float]:
+    """Yield the s at which contacts are tried, the soonest first."""
+    t = _soonest(context, belt)
+    while t <= belt.last:
+        yield t
+        t += EVERY
+
+
+def _met(asked: _Asked, t_contact: float) -> Iterator[Plan | Failures]:
+    """Yield uncertified plans that make the contact at a time (s), and the reasons against others."""
+    context = asked.context
+    problem = PickProblem.of(context, asked.belt.at(t_contact), asked.picked, asked.seed)
+    grasps, failures = feasible_grasps(replace(problem, over_rim=True), ())
+    problem = replace(problem, over_rim=True)
+    yield failures
+    for motion in grasps:
+        followed = _followed(asked, problem, motion, t_contact)
+        yield followed if isinstance(followed, Failures) else _stitched(asked, followed, t_contact)
+
+
+def _followed(
+    asked: _Asked, problem: PickProblem, motion: GraspMotion, t_contact: float
+) -> FollowedTaking | Failures:
+    """Let the arm follow the belt with the lines of a grasp, planned with the belt where it is then."""
+    context, belt = asked.context, asked.belt
+    motion = motion.unwound_towards(context.arm.limits, asked.start.q)
+    raised = raised_over_belt(problem, motion, belt.coming, belt.left(t_contact))
+    if isinstance(raised, Failures):
+        return raised
+    motion = paced_lines(raised, asked.pace)
+    inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
+    if isinstance(inward, Failures):
+        return inward
+    outward = carried_motion(
+        problem, PickMotion(motion.inward[0], motion, Transfer((), PlaceMotion(problem.scene, (), (), 0.0)))
+    )
+    if isinstance(outward, Failures):
+        return outward
+    rest = context.method.rests(context.cell.devices, context.settings.release_time).taking
+    taking = TimedTaking(problem, t_contact, motion, inward, outward, rest)
+    if t_contact + taking.lasts > belt.last:
+        late = f"by {1e3 * (t_contact + taking.lasts - belt.last):.0f} ms"
+        return Failures.of(Reason(LEFT_BEFORE, str(motion.grasp), late))
+    ramp = _ramp(asked, motion)
+    needed = estimated_duration(context.space, np.stack([asked.start.q, motion.start]))
+    # Where the arm waits is elsewhere along the belt: half of the way there counts as possible.
+    if (missing := 0.5 * needed + ramp + inward.trajectory.duration - t_contact) > 0.0:
+        return Failures.of(Reason("too late", str(motion.grasp), f"by {1e3 * missing:.0f} ms at least"))
+    for longer in LONGER:
+        followed = follow_lines(taking, asked.along, belt.stream.speed, longer * ramp)
+        if not isinstance(followed, Failures):
+            break
+    else:
+        return followed
+    begins = followed.trajectory.positions[0]
+    return followed.unwound(unwound_towards(context.arm.limits, begins, asked.start.q) - begins)
+
+
+def _ramp(asked: _Asked, motion: GraspMotion) -> float:
+    """Return the s in which the arm comes up to the speed of the belt over the item."""
+    arm, scale, speed = asked.context.arm, asked.context.cell.speed_scale, asked.belt.stream.speed
+    J = arm.jacobian(motion.start, motion.inward[0].mode.tool_state)
+    per_metre = np.abs(np.linalg.pinv(J) @ [*asked.along, 0.0, 0.0, 0.0])
+    limits = arm.limits
+    rates = (speed * per_metre).tolist()
+    most = zip(rates, (FOLLOWING * scale * limits.acceleration).tolist(), limits.jerk.tolist(), strict=True)
+    return max(LEAST_RAMP, *(ramp_time(rate, a, FOLLOWING * j) for rate, a, j in most))
+
+
+def _stitched(asked: _Asked, followed: FollowedTaking, t_contact: float) -> Plan | Failures:
+    """Plan the ways to the belt and from there to the placement, and stitch the whole plan."""
+    context, belt, grasp = asked.context, asked.belt, str(followed.taking.motion.grasp)
+    before = replace(followed.taking.problem, scene=belt.coming)
+    reached = next(transits_to_grasps(before, [followed.ready], asked.start))
+    if isinstance(reached, Failures):
+        return reached
+    transit = reached.transit.scaled(PACED_COMING)
+    coming = proven_run(context, before.scene, scaled_segments(context.cell.speed_scale, [transit]))
+    if isinstance(coming, Failures):
+        return coming
+    if (late := coming.trajectory.duration + followed.t_contact - t_contact) > 0.0:
+        return Failures.of(Reason("too late", grasp, f"by {1e3 * late:.0f} ms"))
+    after = replace(followed.taking.problem, scene=belt.left(t_contact + followed.lasts))
+    carried = plan_transfer(after, replace(reached, taking=followed.left))
+    if isinstance(carried, Failures):
+        return carried
+    meeting = FollowedMeeting(belt.start, belt.coming, belt.tracking, t_contact, after)
+    plan = stitch_followed(meeting, transit, coming, followed, carried)
+    if isinstance(plan, float):
+        return Failures.of(Reason("too late", grasp, f"by {1e3 * plan:.0f} ms"))
+    if isinstance(plan, Failures):
+        return plan
+    too_far = belt.brought_too_far(plan, grasp)
+    return plan if too_far is None else Failures.of(too_far)

@@ -1,0 +1,148 @@
+"""A pick from a running conveyor: the query, and the belt as it sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from pickcli.errors import NoPlanError, Reason
+from pickcli.motion.plan import LineTracking, Plan, times_at_work
+from pickcli.scene.belt_sweep import swept_along_belt
+from pickcli.scene.item_stream import ItemStream, after_travel
+from pickcli.scene.scene import TOTE, Scene
+
+DEVIATION = 0.015  # m by which the belt may be off the plan while an axis follows it: 1 to 4 mm are usual
+
+
+@dataclass(frozen=True)
+class InterceptQuery:
+    """A requested pick from a stream.
+
+    Attributes:
+        item: Id of the item in the stream.
+        now: s, time of the stream at which the plan starts.
+        into: Place that the item is brought to.
+    """
+
+    item: str
+    now: float
+    into: str = TOTE
+
+    def label(self, place: str) -> str:
+        """Name the query in plans and messages.
+
+        Args:
+            place: The conveyor.
+
+        Returns:
+            The name.
+        """
+        return f"pick {self.item} from {place}" + (f" into {self.into}" if self.into != TOTE else "")
+
+
+@dataclass(frozen=True, eq=False)
+class QueryBelt:
+    """The belt as one query sees it; times are from the start of the plan.
+
+    Attributes:
+        stream: The items on it.
+        now: s of the stream at the start of the plan.
+        start: Scene then.
+        first: s at which the item enters the window.
+        last: s at which it leaves the window.
+        deviation: m by which the belt may be off the plan while the arm follows it.
+    """
+
+    stream: ItemStream
+    now: float
+    start: Scene
+    first: float
+    last: float
+    deviation: float = field(default=DEVIATION, kw_only=True)
+
+    @classmethod
+    def of(cls, stream: ItemStream, scene: Scene, query: InterceptQuery) -> QueryBelt:
+        """Describe the belt for a query.
+
+        Args:
+            stream: The items on the conveyor, which runs.
+            scene: The scene at the start of the plan.
+            query: The requested pick.
+
+        Returns:
+            The belt.
+
+        Raises:
+            NoPlanError: The item is not on the belt yet, or has left the window.
+        """
+        riding = stream.find(query.item)
+        travel = stream.travel_at(riding, query.now)
+        first, last = ((edge - travel) / stream.speed for edge in stream.belt.window)
+        where = f"{riding.id} at {query.now:g} s"
+
+        def never(what: str, detail: str) -> NoPlanError:
+            return NoPlanError(query.label(stream.conveyor), [Reason(what, where, detail)])
+
+        if not stream.is_on_belt(riding, query.now) and last > 0.0:
+            behind = float(riding.item.shape.reach(riding.T_belt_item[:3, :3])[0])
+            enters = riding.stamp + (behind - float(riding.T_belt_item[0, 3])) / stream.speed
+            enters = float(np.ceil(100.0 * enters)) / 100.0
+            raise never(
+                "not on the belt yet", f"it is wholly past the infeed at {enters:.2f} s; plan for then"
+            )
+        if last <= 0.0:
+            raise never("out of the window", f"it left the window {-last:.2f} s before")
+        return cls(stream, query.now, scene, first, last)
+
+    @property
+    def tracking(self) -> LineTracking:
+        """The belt as plans state it."""
+        stream = self.stream
+        return LineTracking(stream.conveyor, stream.speed, stream.speed_error, self.deviation, self.now)
+
+    def brought_too_far(self, plan: Plan, grasp: str) -> Reason | None:
+        """Say that the belt brings what is not known until a plan ends, at the most that it may run.
+
+        Args:
+            plan: The plan.
+            grasp: Its grasp, for the message.
+
+        Returns:
+            The reason, or None.
+        """
+        t_left = times_at_work(plan.segments)[1]
+        brought = self.tracking.brought_by(plan.trajectory.duration, t_left, self.stream.belt.max_speed)
+        known = self.stream.belt.upstream
+        if brought <= known:
+            return None
+        lasts = f"the belt brings {brought:.1f} m meanwhile, what comes is known for {known:.1f} m"
+        return Reason("lasts too long", grasp, lasts)
+
+    def at(self, t: float) -> Scene:
+        """Return the scene at a time.
+
+        Args:
+            t: s.
+
+        Returns:
+            The scene.
+        """
+        return after_travel(self.start, self.stream.conveyor, self.stream.speed * t)
+
+    @cached_property
+    def coming(self) -> Scene:
+        """The scene at the start with all that the items on the belt may come to."""
+        return swept_along_belt(self.start, self.stream.conveyor)
+
+    def left(self, t: float) -> Scene:
+        """Return the scene with all that the items may come to once the tool has left the belt.
+
+        Args:
+            t: s at which it leaves it.
+
+        Returns:
+            The scene.
+        """
+        return swept_along_belt(self.at(t), self.stream.conveyor, self.deviation)
