@@ -19,7 +19,8 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import item_suggestion
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.files.file_kind import ORDER
+from pickcli.files.bounded_reading import read_kind
+from pickcli.files.file_kind import ORDER, STREAM
 from pickcli.files.schema import FEW_MISSING, FileModel, validate
 from pickcli.files.source import Key, Source
 from pickcli.files.yaml_reader import read_yaml
@@ -66,7 +67,8 @@ def order_names(cell: Cell | None = None) -> list[str]:
     Returns:
         Their names, sorted.
     """
-    return sorted({path.stem for path in (*data_path().glob("tasks/*.json"), *_own_orders(cell))})
+    tasks = (path for path in data_path().glob("tasks/*.json") if read_kind(path) is not STREAM)
+    return sorted({path.stem for path in (*tasks, *_own_orders(cell))})
 
 
 def order_file(name_or_path: Path, cell: Cell | None = None) -> Path:

@@ -87,7 +87,8 @@ def test_an_item_that_comes_too_near_the_end_of_the_window_has_reasons() -> None
 
 
 def test_from_a_belt_that_stands_the_plan_is_that_of_any_place() -> None:
-    items = stream(0.0, one_by_one=True)
-    query = InterceptQuery(items.items[0].id, 0.0, "bin_left")
-    plan = plan_intercept(context(), items, query, home())
+    items = stream(0.0, n=12, one_by_one=True)
+    near = next(each.id for each in items.items if each.T_belt_item[0, 3] < 1.0)
+    query = InterceptQuery(near, 0.0, "bin_left")
+    plan = plan_intercept(context(), items.presenting(near), query, home())
     assert plan.tracking is None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pickcli.motion.segment import SegmentKind
 from pickcli.simulation.belt_clock import BeltClock
 from pickcli.simulation.execute import execute
 from pickcli.simulation.planned_way_off import PlannedWayOff
@@ -60,9 +61,11 @@ def test_over_a_belt_that_has_stopped_the_arm_rests_where_it_is() -> None:
 
 def test_an_operators_stop_before_the_contact_ends_clear_of_the_belt() -> None:
     pick = arm_pick()
+    contact = next(s for s in pick.plan.segments if s.kind is SegmentKind.CONTACT)
+    t_stop = contact.t_start - 0.2
     world = World(pick.scene, home().q, home().tool_state, reality=IDEAL)
     world.run_belt("belt", 0.33)
-    run = execute(pick.plan, world, operator=lambda t: 1.5 <= t < 2.0)
+    run = execute(pick.plan, world, operator=lambda t: t_stop <= t < t_stop + 0.5)
     assert run.stop is not None and run.is_clear
     assert not run.collisions and not run.limit_violations
     world.close()
