@@ -3,46 +3,63 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
-from pickcli.commands.options import json_option, output_option, refuse_output
+from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 
 if TYPE_CHECKING:
     from pickcli.driving.drive_plan import DrivePlan
 
+MOST_DRIVES = 2000
+
 
 @click.command("plan-drive", cls=Command)
 @click.argument("area_path", metavar="AREA", type=PATH)
+@click.option("--drives", type=click.IntRange(0, MOST_DRIVES), default=0, show_default=True, metavar="N",
+              help="Number of simulated drives with noise, of which the end poses are told.")  # fmt: skip
 @output_option("drive")
+@seed_option
 @json_option
-def command(area_path: Path, output: Path, overwrite: bool, as_json: bool) -> None:
+def command(area_path: Path, drives: int, output: Path, overwrite: bool, seed: int, as_json: bool) -> None:
     """Plan how a truck drives from its start to its goal, past everything.
 
     A path on a lattice is smoothed and timed; the truck is proven to keep the margin of the area all along.
-    Exit code 5 when there is no path on the lattice.
+    The seed is that of the simulated drives. Exit code 5 when there is no path on the lattice.
 
     \b
     Example:
       apc plan-drive hall.yaml -o drive.json
+      apc plan-drive hall.yaml --drives 100 --seed 3 -o drive.json
     """
     from pickcli.driving.drive_plan import plan_drive
     from pickcli.driving.drive_plan_file import figures, write_drive_plan
     from pickcli.driving.driving_area_file import read_driving_area
+    from pickcli.driving.simulated_drives import simulate_drives
 
     refuse_output(output, overwrite, area_path)
     area = read_driving_area(area_path)
     with stage("planning"):
         plan = plan_drive(area)
     write_drive_plan(output, plan, overwrite)
+    simulated: dict[str, Any] = {}
+    if drives:
+        with stage("simulated drives"):
+            simulated = simulate_drives(plan, drives, seed).figures
     if as_json:
-        emit_json({"path": str(output), **figures(plan)})
-    else:
-        click.echo(f"{_text(plan)}: {output}")
+        emit_json({"path": str(output), **figures(plan), **({"drives": simulated} if drives else {})})
+        return
+    click.echo(f"{_text(plan)}: {output}")
+    if drives:
+        click.echo(
+            f"{simulated['within']} of {drives} simulated drives end within 0.03 m and 1 degree, at most "
+            f"{simulated['position_error']:.3f} m and {simulated['yaw_error_deg']:.2f} degrees off; at least "
+            f"{simulated['clearance']:.3f} m from everything"
+        )
 
 
 def _text(plan: DrivePlan) -> str:

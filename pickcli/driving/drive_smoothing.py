@@ -98,9 +98,8 @@ class _Residuals:
         """(B, R) residuals for (B, U) unknowns."""
         steps, steering = self.shape.split(unknowns)
         poses = self.poses(steps, steering)
-        heads = np.stack([np.cos(poses[..., 2]), np.sin(poses[..., 2])], -1)
-        discs = poses[:, :, None, :2] + self.lattice.discs[:, None] * heads[:, :, None]
-        lacking = np.maximum(self.needed - self.lattice.distance_at(discs), 0.0)
+        distances = self.lattice.distance_at(self.lattice.disc_places(poses))
+        lacking = np.maximum(self.needed - distances, 0.0)
         end = np.concatenate([poses[:, -1, :2], wrapped(poses[:, -1, 2:])], axis=1)
         return np.concatenate(
             [

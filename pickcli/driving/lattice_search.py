@@ -41,7 +41,7 @@ def least_travel(lattice: StateLattice) -> Array:
     A curve through cells of which all four corners are allowed is at least ``OCTILE`` times as long as the
     shortest way along sides and diagonals of these cells: values at corners, linear on sides and diagonals,
     differ across a cell by at most 1 / OCTILE of the distance. A corner is allowed if a point where the
-    inner disc of the truck is free may be within its cell, a diagonal of a cell away.
+    inner disc of the truck keeps the margin may be within its cell, a diagonal of a cell away.
 
     Args:
         lattice: The lattice.
@@ -50,7 +50,8 @@ def least_travel(lattice: StateLattice) -> Array:
         (cells, cells) m; infinite where there is no way.
     """
     n_x, n_y = lattice.shape
-    is_free = lattice.distances[::FINE, ::FINE] > lattice.area.truck.inner_radius - CELL * np.sqrt(2) - 1e-3
+    radius = lattice.area.truck.inner_radius + lattice.area.margin
+    is_free = lattice.distances[::FINE, ::FINE] > radius - CELL * np.sqrt(2) - 1e-3
     index = np.arange(n_x * n_y).reshape(n_x, n_y)
     rows, columns, lengths = [], [], []
     for i, j in ((1, 0), (0, 1), (1, 1), (1, -1)):
@@ -92,6 +93,7 @@ class LatticeSearch:
         self.edge: NDArray[np.int32] = np.full(n_states + 1, -1, dtype=np.int32)
         self.queue: list[tuple[float, int]] = []
         self.n_expanded = 0
+        self.free: dict[int, NDArray[np.bool_]] = {}  # which edges of a point of the lattice are free
         self.started: LatticeEdges | None = None
 
     def run(self) -> LatticePath | None:
@@ -102,7 +104,8 @@ class LatticeSearch:
         """
         self.started = self.lattice.start_edges(self.start)
         if self.started is not None:
-            self._relax(-1, self.started, self.lattice.origin.tolist(), 0.0, None)
+            i, j = self.lattice.origin.tolist()
+            self._relax(-1, self.started, (i, j), self.lattice.are_free(self.started), None)
         is_closed = np.zeros(len(self.costs), dtype=bool)
         goal = len(self.costs) - 1
         i, j = self.lattice.origin.tolist()
@@ -132,22 +135,26 @@ class LatticeSearch:
         place, direction = divmod(state, 2)
         cell, heading = divmod(place, N_HEADINGS)
         edges = self.lattice.edges[heading]
-        self._relax(state, edges, divmod(cell, self.lattice.shape[1]), float(self.costs[state]), direction)
+        at = divmod(cell, self.lattice.shape[1])
+        if (free := self.free.get(place)) is None:
+            free = self.free[place] = self.lattice.are_free(edges, at)
+        self._relax(state, edges, at, free, direction)
 
     def _relax(
-        self, state: int, edges: LatticeEdges, cell: tuple[int, int], cost: float, direction: int | None
+        self,
+        state: int,
+        edges: LatticeEdges,
+        cell: tuple[int, int],
+        is_free: NDArray[np.bool_],
+        direction: int | None,
     ) -> None:
-        """Reach the ends of free edges, if they were not reached at less cost."""
-        place = (cell[0] + edges.cells[:, 0]) * self.lattice.shape[1] + cell[1] + edges.cells[:, 1]
-        place = place * N_HEADINGS + edges.headings
+        """Reach the ends of free edges of a state, of -1 the start, if they were not reached at less cost."""
+        place = (cell[0] * self.lattice.shape[1] + cell[1]) * N_HEADINGS + edges.places
         ends = 2 * place + edges.directions
-        reached = cost + edges.travel
+        reached = edges.travel + (self.costs[state] if state >= 0 else 0.0)
         if direction is not None:
             reached = reached + CUSP_COST * (edges.directions != direction)
-        is_better = reached < self.costs[ends] - 1e-12
-        if not is_better.any():
-            return
-        is_better &= self.lattice.are_free(edges, cell if state >= 0 else None)
+        is_better = is_free & (reached < self.costs[ends] - 1e-12)
         for k in np.flatnonzero(is_better).tolist():
             end, at = int(ends[k]), float(reached[k])
             if at < self.costs[end] and np.isfinite(least := self.heuristic[place[k]]):

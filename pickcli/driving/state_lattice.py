@@ -25,13 +25,14 @@ from pickcli.driving.motion_primitives import (
     motion_primitives,
 )
 from pickcli.driving.steering_path import SteeringPath, posed, seen_from, wrapped
+from pickcli.driving.tricycle import Tricycle
 from pickcli.geometry import Array
 
 Indices = NDArray[np.intp]
 
 FINE = 4  # points of the table of distances in a cell of the lattice, either way
-SAMPLE_STEP = 0.05  # m of travel between two samples of an edge
-DISC_PITCH = 0.25  # m between two discs that cover the truck, at most
+SAMPLE_STEP = 0.06  # m of travel between two samples of an edge
+DISC_PITCH = (0.25, 0.45)  # m between two discs that cover the truck, at most, along and across it
 FAR = 1.0  # m beyond the least distance that matters, above which distances are not told apart
 START_RANGE = 1.5  # m from the start to points of the lattice that it is connected with
 START_TURN = 4  # headings, likewise
@@ -42,8 +43,7 @@ class LatticeEdges:
     """Edges out of one heading of the lattice.
 
     Attributes:
-        cells: (N, 2) cells from the point where they begin to that where they end.
-        headings: (N,) headings in which they end.
+        places: (N,) index of the end, a cell in a heading, less that of heading 0 in the cell of the begin.
         directions: (N,) 1 forwards, 0 backwards.
         travel: (N,) m.
         steering: (N, 4) rad at the ends and thirds of the travel.
@@ -52,8 +52,7 @@ class LatticeEdges:
         first: (N,) index of the first sample of each edge.
     """
 
-    cells: Indices
-    headings: Indices
+    places: Indices
     directions: Indices
     travel: Array
     steering: Array
@@ -85,11 +84,9 @@ class StateLattice:
     def __init__(self, area: DrivingArea, goal: Array) -> None:
         self.area, self.goal = area, goal
         truck = area.truck
-        n = int(np.ceil((truck.front + truck.back) / DISC_PITCH))
-        pitch = (truck.front + truck.back) / n
-        self.discs = -truck.back + pitch * (np.arange(n) + 0.5)  # m, x of their middles
-        self.radius = float(np.hypot(pitch / 2, truck.width / 2)) + area.margin  # m
-        self.disc_sweeps = np.maximum(1.0, np.abs(self.discs) / truck.wheel_base)
+        self.discs, radius = _disc_cover(truck)
+        self.radius = radius + area.margin  # m from the middle of a disc that is to be free
+        self.disc_sweeps = truck.sweeps(self.discs)
         corners = np.array([(x, y) for x in (area.low[0], area.high[0]) for y in (area.low[1], area.high[1])])
         local = seen_from(goal, np.column_stack([corners, np.zeros(4)]))[:, :2]
         border = START_RANGE + truck.front + truck.back + 1.0  # m beyond the walls that offsets may reach
@@ -161,16 +158,16 @@ class StateLattice:
             n_samples = int(np.ceil(path.length / SAMPLE_STEP))
             step = path.length / n_samples
             poses = path.poses_at((np.arange(n_samples, dtype=float) + 0.5) * step)
-            heads = np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
-            places = (poses[:, None, :2] + self.discs[:, None] * heads[:, None, :]).reshape(-1, 2)
+            places = self.disc_places(poses).reshape(-1, 2)
             points = np.rint(places * (FINE / CELL)).astype(np.intp)
             off = np.linalg.norm(places - points * (CELL / FINE), axis=1)
             offsets.append(points[:, 0] * n_y + points[:, 1])
             needed.append(self.radius + off + np.tile(step / 2 * self.disc_sweeps, n_samples))
             first.append(n)
             n += len(points)
+        places = (cells[:, 0] * self.shape[1] + cells[:, 1]) * N_HEADINGS + headings
         return LatticeEdges(
-            cells, headings, directions, drives.travel, drives.steering, np.concatenate(offsets),
+            places, directions, drives.travel, drives.steering, np.concatenate(offsets),
             np.concatenate(needed).astype(np.float32), np.array(first),
         )  # fmt: skip
 
@@ -181,7 +178,7 @@ class StateLattice:
             start: (3,) m, m, rad in the area.
 
         Returns:
-            Edges whose ``cells`` count from the origin of the lattice; None if there are none.
+            Edges whose ``places`` count from the origin of the lattice; None if there are none.
         """
         local = seen_from(self.goal, start)
         middle = np.rint(local[:2] / CELL).astype(np.intp)
@@ -222,6 +219,19 @@ class StateLattice:
         read = self.distances.ravel().take(FINE * (i * FINE * self.shape[1] + j) + edges.offsets)
         return np.logical_and.reduceat(read > edges.needed, edges.first)
 
+    def disc_places(self, poses: Array) -> Array:
+        """Return where the discs are that cover the truck.
+
+        Args:
+            poses: (..., 3) m, m, rad.
+
+        Returns:
+            (..., D, 2) m: their middles.
+        """
+        c, s = np.cos(poses[..., 2, None]), np.sin(poses[..., 2, None])
+        x, y = self.discs.T
+        return np.stack([poses[..., 0, None] + c * x - s * y, poses[..., 1, None] + s * x + c * y], -1)
+
     def distance_at(self, points: Array) -> Array:
         """Return distances from everything, interpolated between those of the table.
 
@@ -253,6 +263,16 @@ class StateLattice:
         """
         place = CELL * (np.array(cell) - self.origin)
         return posed(self.goal, np.array([*place, heading_angle(heading)]))
+
+
+def _disc_cover(truck: Tricycle) -> tuple[Array, float]:
+    """(D, 2) m: middles of equal discs that cover the truck, in its frame; m: their radius."""
+    sides = np.array([truck.front + truck.back, truck.width])
+    n = np.ceil(sides / DISC_PITCH).astype(int)
+    pitch = sides / n
+    x, y = (side * (np.arange(k) + 0.5) / k for side, k in zip(sides, n, strict=True))
+    middles = np.stack(np.meshgrid(x - truck.back, y - truck.width / 2, indexing="ij"), -1).reshape(-1, 2)
+    return middles, float(np.hypot(*pitch) / 2)
 
 
 def _joined(drives: list[Connections]) -> Connections:

@@ -66,14 +66,25 @@ class Tricycle:
 
     @cached_property
     def sweep(self) -> float:
-        """Most that any point of the truck moves per m of travel of the steered wheel, at any steering angle.
+        """Most that any point of the truck moves per m of travel: in a corner, where it is largest."""
+        return float(self.sweeps(self.corners).max())
 
-        A point (a, b) moves by (cos phi - b sin phi / L, a sin phi / L): the largest singular value of that
-        map from (cos phi, sin phi) bounds it, and it is largest in a corner.
+    def sweeps(self, points: Array) -> Array:
+        """Return how far points of the truck move at most, at any steering angle.
+
+        A point (a, b) moves by (cos phi - b sin phi / L, a sin phi / L) per m of travel: the largest singular
+        value of that map from (cos phi, sin phi) bounds it.
+
+        Args:
+            points: (N, 2) m in the frame of the truck.
+
+        Returns:
+            (N,) m per m of travel of the steered wheel.
         """
-        a, b = self.corners[:, 0] / self.wheel_base, self.corners[:, 1] / self.wheel_base
-        maps = np.stack([np.stack([np.ones(4), -b], -1), np.stack([np.zeros(4), a], -1)], 1)
-        return float(np.linalg.norm(maps, 2, axis=(1, 2)).max())
+        a, b = points[:, 0] / self.wheel_base, points[:, 1] / self.wheel_base
+        maps = np.stack([np.stack([np.ones_like(b), -b], -1), np.stack([np.zeros_like(a), a], -1)], 1)
+        most: Array = np.linalg.norm(maps, 2, axis=(1, 2))
+        return most
 
     def yaw_change(self, before: Array, after: Array, step: Array) -> Array:
         """Return how far a step turns the truck, while the steering angle changes linearly with travel.
