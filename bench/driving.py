@@ -118,13 +118,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--drives", type=int, default=1000, help="in all")
     parser.add_argument("--seed", type=int, default=0, help="of the first area")
-    parser.add_argument("--plans", type=int, default=50, help="areas")
+    parser.add_argument("--plans", type=int, default=50, help="areas with a plan")
     given = parser.parse_args()
     found = Figures()
-    for k in range(given.plans):
-        n_drives = given.drives // given.plans + (k < given.drives % given.plans)
-        seed = given.seed + k
-        found.add(random_area(seed, STRAIGHT * (k % 2)), n_drives, seed)
+    while (n := len(found.plans)) < given.plans:
+        k = n + found.n_without
+        n_drives = given.drives // given.plans + (n < given.drives % given.plans)
+        found.add(random_area(given.seed + k, STRAIGHT * (k % 2)), n_drives, given.seed + k)
     print(found)
 
 

@@ -14,9 +14,10 @@ from pickcli.driving.free_space_proof import clearances, first_encounter
 from pickcli.driving.lattice_search import LatticePath, LatticeSearch
 from pickcli.driving.speed_profile import SpeedProfile, speed_profile
 from pickcli.driving.state_lattice import StateLattice
-from pickcli.driving.steering_path import SteeringPath, posed
-from pickcli.errors import NoPlanError, Reason
+from pickcli.driving.steering_path import SteeringPath, posed, seen_from
+from pickcli.errors import InputError, NoPlanError, Reason
 
+AT_GOAL = 1e-3  # m and rad of start and goal, below which there is nothing to drive
 SEEN_STEP = 0.02  # m of travel between poses whose clearance is told
 
 _log = logging.getLogger(__name__)
@@ -46,7 +47,7 @@ class DrivePlan:
 
 
 def plan_drive(area: DrivingArea) -> DrivePlan:
-    """Plan a drive.
+    """Plan a drive in an area.
 
     Args:
         area: The area; start and goal keep its margin.
@@ -55,8 +56,11 @@ def plan_drive(area: DrivingArea) -> DrivePlan:
         The drive.
 
     Raises:
+        InputError: The truck is at the goal already.
         NoPlanError: The straight end is not free, or the lattice has no path.
     """
+    if np.abs(seen_from(area.goal, area.start)).max() < AT_GOAL:
+        raise InputError("the truck is at the goal already; state another start or another goal")
     before_end = posed(area.goal, np.array([-area.straight, 0.0, 0.0]))
     end = None
     if area.straight:
@@ -78,8 +82,9 @@ def plan_drive(area: DrivingArea) -> DrivePlan:
 
 
 def _reason(area: DrivingArea, search: LatticeSearch) -> Reason:
+    kept = f"with a margin of {area.margin:g} m"
+    if not search.n_out:
+        return Reason("no edge out of the start is free", "lattice", kept)
     if not search.n_expanded:
-        return Reason("no edge out of the start is free", "lattice", f"with a margin of {area.margin:g} m")
-    return Reason(
-        "no path", "lattice", f"{search.n_expanded} states reached, with a margin of {area.margin:g} m"
-    )
+        return Reason("walls and boxes part start and goal", "lattice", kept)
+    return Reason("no path", "lattice", f"{search.n_expanded} states reached, {kept}")

@@ -18,7 +18,7 @@ POSE_STEP = 0.1  # m of travel between poses in a file, at most
 
 
 def write_drive_plan(path: Path, plan: DrivePlan, replace: bool = True) -> None:
-    """Write a plan.
+    """Write a plan as JSON.
 
     Args:
         path: The file.

@@ -43,7 +43,7 @@ class FloorBoxModel(FileModel):
 
     @property
     def box(self) -> FloorBox:
-        """The box."""
+        """The box as a value."""
         (x, y), (length, width) = self.centre, self.size
         return FloorBox(self.name, (x, y), (length, width), self.yaw)
 
@@ -105,7 +105,7 @@ class DrivingAreaModel(FileModel):
 
     @property
     def area(self) -> DrivingArea:
-        """The area."""
+        """The area as a value."""
         low, high = self.walls.low, self.walls.high
         start, goal = (np.array([*pose.position, pose.yaw]) for pose in (self.start, self.goal))
         return DrivingArea(

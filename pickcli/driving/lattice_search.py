@@ -16,6 +16,7 @@ from pickcli.driving.steering_path import SteeringPath, wrapped
 from pickcli.geometry import Array
 
 CUSP_COST = 1.0  # m of travel that a change between forwards and backwards counts as
+LEAST_GAIN = 1e-12  # m by which another way to a state must cost less
 MOST_EXPANSIONS = 400_000
 OCTILE = float(np.cos(np.pi / 8))  # least ratio of a straight line to the way along eight directions
 
@@ -92,12 +93,12 @@ class LatticeSearch:
         self.came_from: NDArray[np.int64] = np.full(n_states + 1, -1)
         self.edge: NDArray[np.int32] = np.full(n_states + 1, -1, dtype=np.int32)
         self.queue: list[tuple[float, int]] = []
-        self.n_expanded = 0
+        self.n_expanded = self.n_out = 0  # states looked at; free edges out of the start
         self.free: dict[int, NDArray[np.bool_]] = {}  # which edges of a point of the lattice are free
         self.started: LatticeEdges | None = None
 
     def run(self) -> LatticePath | None:
-        """Search.
+        """Search from the start to the goal.
 
         Returns:
             The path of least cost on the lattice; None if there is none.
@@ -105,7 +106,9 @@ class LatticeSearch:
         self.started = self.lattice.start_edges(self.start)
         if self.started is not None:
             i, j = self.lattice.origin.tolist()
-            self._relax(-1, self.started, (i, j), self.lattice.are_free(self.started), None)
+            is_free = self.lattice.are_free(self.started)
+            self.n_out = int(is_free.sum())
+            self._relax(-1, self.started, (i, j), is_free, None)
         is_closed = np.zeros(len(self.costs), dtype=bool)
         goal = len(self.costs) - 1
         i, j = self.lattice.origin.tolist()
@@ -154,12 +157,15 @@ class LatticeSearch:
         reached = edges.travel + (self.costs[state] if state >= 0 else 0.0)
         if direction is not None:
             reached = reached + CUSP_COST * (edges.directions != direction)
-        is_better = is_free & (reached < self.costs[ends] - 1e-12)
-        for k in np.flatnonzero(is_better).tolist():
-            end, at = int(ends[k]), float(reached[k])
-            if at < self.costs[end] and np.isfinite(least := self.heuristic[place[k]]):
+        better = np.flatnonzero(is_free & (reached < self.costs[ends] - LEAST_GAIN))
+        bounds = self.heuristic[place[better]]
+        found = zip(
+            ends[better].tolist(), reached[better].tolist(), bounds.tolist(), better.tolist(), strict=True
+        )
+        for end, at, bound, k in found:
+            if bound < np.inf and at < self.costs[end]:
                 self.costs[end], self.came_from[end], self.edge[end] = at, state, k
-                heappush(self.queue, (at + float(least), end))
+                heappush(self.queue, (at + bound, end))
 
     def _path(self) -> SteeringPath:
         parts: list[tuple[Array, Array]] = []

@@ -17,9 +17,8 @@ from pickcli.geometry import Array
 
 N_HEADINGS = 32
 CELL = 0.1  # m between points of the lattice
-CHOICE = {0: (3, 1.9), **dict.fromkeys((1, -1, 2, -2, 4, -4, 8, -8), (2, 1.4))}
-"""For each change of heading: most primitives, and least ratio of the travel of one to the next shorter."""
-
+TURNS = (0, 1, -1, 2, -2, 4, -4, 8, -8)  # changes of heading
+LONGER = 3.5  # times the shortest drive in a heading, of a second one that does not turn
 STEEPEST = 4.0  # rad of steering angle per m of travel
 RANGE = 1.6  # m from the start of a primitive to its end, at most
 AHEAD = 0.15  # rad of the direction to the end from the mean of both headings, at most
@@ -126,7 +125,7 @@ def heading_angle(heading: NDArray[np.intp] | int) -> Array:
 def motion_primitives(truck: Tricycle) -> tuple[HeadingPrimitives, ...]:
     """Generate the primitives of every heading.
 
-    For each change of heading there are the drive of the least travel and some longer ones, by ``CHOICE``.
+    For each change of heading there is the drive of the least travel, and without a change a longer one, too.
     Headings a right angle apart have the same ones, turned.
 
     Args:
@@ -156,7 +155,7 @@ def _goals(heading: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     distance = np.hypot(*grid.T) * CELL
     direction = np.arctan2(grid[:, 1], grid[:, 0])
     cells, turns = [], []
-    for turn in CHOICE:
+    for turn in TURNS:
         off = direction - heading_angle(heading) - heading_angle(turn) / 2
         is_ahead = np.abs((off + np.pi) % (2 * np.pi) - np.pi) < AHEAD
         inside = grid[is_ahead & (distance > 0) & (distance <= RANGE)]
@@ -173,14 +172,13 @@ def _in_truck_frame(heading: int, cells: NDArray[np.intp], turns: NDArray[np.int
 
 
 def _shortest(which: NDArray[np.intp], turns: NDArray[np.intp], travel: Array) -> NDArray[np.intp]:
-    """Of some drives the shortest of each change of heading, and the next longer ones."""
+    """Of some drives the shortest of each change of heading, and a longer one without a change."""
     kept: list[int] = []
-    for turn, (most, ratio) in CHOICE.items():
-        least, n = 0.0, 0
-        for k in sorted(which[turns[which] == turn].tolist(), key=lambda k: (travel[k], k)):
-            if n < most and travel[k] >= least:
-                kept.append(k)
-                least, n = ratio * travel[k], n + 1
+    for turn in TURNS:
+        ranked = sorted(which[turns[which] == turn].tolist(), key=lambda k: (travel[k], k))
+        kept += ranked[:1]
+        if turn == 0:
+            kept += [k for k in ranked if travel[k] >= LONGER * travel[ranked[0]]][:1]
     return np.array(kept, dtype=np.intp)
 
 

@@ -94,6 +94,7 @@ class StateLattice:
         self.origin: Indices = -low.astype(np.intp)  # cell of the goal
         self.shape = tuple((high - low).astype(int) + 1)
         self.distances = self._distances()
+        self._flat = self.distances.ravel()
 
     def _distances(self) -> NDArray[np.float32]:
         """Table of distances, (cells x FINE, cells x FINE) m, those far from everything clipped."""
@@ -193,7 +194,8 @@ class StateLattice:
             ends = seen_from(local, nodes) if direction else seen_from(nodes, local)
             ends[:, 2] = wrapped(ends[:, 2])
             off = np.abs(np.arctan2(ends[:, 1], ends[:, 0]) - ends[:, 2] / 2)
-            near = np.flatnonzero((off < AHEAD) & (np.hypot(ends[:, 0], ends[:, 1]) <= START_RANGE))
+            distance = np.hypot(ends[:, 0], ends[:, 1])
+            near = np.flatnonzero((off < AHEAD) & (distance > 1e-3) & (distance <= START_RANGE))
             forward, found = connections(self.area.truck, ends[near])
             drives.append(forward if direction else _backwards(forward))
             which.append(near[found])
@@ -216,7 +218,7 @@ class StateLattice:
             (N,).
         """
         i, j = cell if cell is not None else self.origin.tolist()
-        read = self.distances.ravel().take(FINE * (i * FINE * self.shape[1] + j) + edges.offsets)
+        read = self._flat.take(edges.offsets + FINE * (i * FINE * self.shape[1] + j))
         return np.logical_and.reduceat(read > edges.needed, edges.first)
 
     def disc_places(self, poses: Array) -> Array:

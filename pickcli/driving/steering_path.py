@@ -65,7 +65,7 @@ class SteeringPath:
         return k, (travel - self.knots[k]) * np.sign(self.steps[k])
 
     def steering_at(self, travel: Array) -> Array:
-        """Return steering angles.
+        """Return steering angles along the path.
 
         Args:
             travel: (N,) m from the start.
@@ -76,7 +76,7 @@ class SteeringPath:
         return np.interp(travel, self.knots, self.steering)
 
     def poses_at(self, travel: Array) -> Array:
-        """Return poses.
+        """Return poses along the path.
 
         Args:
             travel: (N,) m from the start.
@@ -138,7 +138,7 @@ def seen_from(pose: Array, other: Array) -> Array:
 
 
 def wrapped(angle: Array) -> Array:
-    """Wrap angles.
+    """Wrap angles to a turn.
 
     Args:
         angle: (...) rad.

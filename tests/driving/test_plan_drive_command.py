@@ -1,0 +1,117 @@
+"""apc plan-drive: files, output, and mistakes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.driving import random_area
+from pickcli.driving.driving_area_file import read_driving_area, write_driving_area
+from pickcli.driving.steering_path import SteeringPath, seen_from, wrapped
+from pickcli.driving.tricycle import Tricycle
+from support.command_line import apc, misused, refused
+
+HALL = """\
+format: apc driving area
+version: 1
+walls: {low: [0, 0], high: [8, 8]}
+boxes:
+  - {name: rack, centre: [4, 4], size: [2, 1], yaw: 0.3}
+start: {position: [1.5, 1.5], yaw: 0}
+goal: {position: [5.5, 1.7], yaw: 0.2, straight: 0.3}
+"""
+
+
+@pytest.fixture
+def hall(tmp_path: Path) -> Path:
+    path = tmp_path / "hall.yaml"
+    path.write_text(HALL)
+    return path
+
+
+def test_a_drive_is_planned_told_and_written_alike_each_time(hall: Path, tmp_path: Path) -> None:
+    drive, again = tmp_path / "drive.json", tmp_path / "again.json"
+    told = apc("plan-drive", hall, "-o", drive)
+    assert told.code == 0 and told.err == ""
+    assert " m from everything: " in told.out
+    answer = apc("plan-drive", hall, "--drives", 5, "--seed", 4, "--json", "-o", again)
+    assert drive.read_bytes() == again.read_bytes()
+    figures = json.loads(answer.out)
+    assert figures["drives"]["number"] == figures["drives"]["within"] == 5
+    written = json.loads(drive.read_text())
+    assert figures["travel"] == written["figures"]["travel"]
+    refused(apc("plan-drive", hall, "-o", drive), 3, "--overwrite")
+
+
+def test_the_actions_of_a_file_lead_to_its_poses_and_to_the_goal(hall: Path, tmp_path: Path) -> None:
+    drive = tmp_path / "drive.json"
+    assert apc("plan-drive", hall, "-o", drive).code == 0
+    written = json.loads(drive.read_text())
+    steps, steering = (np.array(written["actions"][key]) for key in ("steps", "steering"))
+    path = SteeringPath(Tricycle(**written["truck"]), np.array(written["start"]), steps, steering)
+    rows = np.array([[row[key] for key in ("travel", "x", "y", "yaw")] for row in written["poses"]])
+    poses = path.poses_at(rows[:, 0])
+    poses[:, 2] = wrapped(poses[:, 2])
+    np.testing.assert_allclose(rows[:, 1:], poses, atol=1e-7)
+    assert np.diff(rows[:, 0]).max() <= 0.1 + 1e-9
+    np.testing.assert_allclose(seen_from(np.array(written["goal"]), path.end), 0.0, atol=1e-7)
+    profile = written["profile"]
+    assert profile["travel"][-1] == pytest.approx(path.length, abs=1e-8)
+    assert profile["speed"][0] == profile["speed"][-1] == 0
+    assert written["poses"][-1]["time"] == pytest.approx(written["figures"]["duration"], abs=1e-6)
+
+
+def test_an_area_is_read_as_it_was_written(tmp_path: Path) -> None:
+    area = random_area(3, -0.6)
+    write_driving_area(tmp_path / "a.yaml", area)
+    found = read_driving_area(tmp_path / "a.yaml")
+    np.testing.assert_array_equal(found.start, area.start)
+    np.testing.assert_array_equal(found.goal, area.goal)
+    assert (found.boxes, found.low, found.high) == (area.boxes, area.low, area.high)
+    assert (found.straight, found.margin, found.truck) == (area.straight, area.margin, area.truck)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "told"),
+    [
+        ("position: [5.5, 1.7]", "position: [4.0, 4.2]", ":7:1: goal: the truck at the goal overlaps rack"),
+        ("position: [1.5, 1.5]", "position: [3.0, 4.0]", ":6:1: start: the truck at the start overlaps rack"),
+        ("position: [1.5, 1.5]", "position: [0.1, 1.5]", "the truck at the start is not within the walls"),
+        ("position: [1.5, 1.5]", "position: [0.33, 1.5]", "is 0.030 m from the walls; keep the margin of"),
+        ("yaw: 0.2", "yaw: .nan", "goal.yaw: expected a finite number, got .nan"),
+        ("yaw: 0.2", "yaw: 90", "goal.yaw"),
+        ("high: [8, 8]", "high: [8000, 8000]", "walls.high"),
+        ("high: [8, 8]", "high: [80, 80]", "80 m from wall to wall, at most 40 m"),
+        ("high: [8, 8]", "high: [-1, 8]", "low is not below high"),
+        ("size: [2, 1]", "size: [2, -1]", "boxes[0].size"),
+        ("straight: 0.3", "straigth: 0.3", "straight"),
+        ("version: 1", "version: 2", "version"),
+        ("goal: {", "margin: 5\ngoal: {", "margin"),
+        ("goal: {", "truck: {steering: 85}\ngoal: {", "truck.steering"),
+        ("goal: {", "truck: {wheelbase: 1.2}\ngoal: {", "wheel_base"),
+        ("start: {position: [1.5, 1.5], yaw: 0}\n", "", "start"),
+        ("apc driving area", "apc drive", "is a plan of a drive"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_told(hall: Path, tmp_path: Path, right: str, wrong: str, told: str) -> None:
+    assert HALL.count(right) == 1
+    hall.write_text(HALL.replace(right, wrong))
+    refused(apc("plan-drive", hall, "-o", tmp_path / "drive.json"), 3, hall, told)
+    assert not (tmp_path / "drive.json").exists()
+
+
+def test_an_area_without_a_way_has_the_reason(hall: Path, tmp_path: Path) -> None:
+    fence = "boxes:\n  - {name: fence, centre: [4, 4], size: [0.1, 8]}\n"
+    hall.write_text(HALL.replace("boxes:\n", fence))
+    refused(apc("plan-drive", hall, "-o", tmp_path / "drive.json"), 5, "walls and boxes part start and goal")
+    assert not (tmp_path / "drive.json").exists()
+
+
+def test_a_truck_at_its_goal_and_wrong_numbers_are_refused(hall: Path, tmp_path: Path) -> None:
+    hall.write_text(HALL.replace("[5.5, 1.7], yaw: 0.2, straight: 0.3", "[1.5, 1.5], yaw: 0"))
+    refused(apc("plan-drive", hall, "-o", tmp_path / "drive.json"), 3, "at the goal already")
+    misused(apc("plan-drive", hall, "--drives", -1, "-o", tmp_path / "drive.json"), "--drives")
+    refused(apc("plan-drive", tmp_path / "no.yaml", "-o", tmp_path / "drive.json"), 3, "no.yaml")
