@@ -9,7 +9,7 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH
+from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 
 if TYPE_CHECKING:
@@ -22,10 +22,20 @@ MOST_DRIVES = 2000
 @click.argument("area_path", metavar="AREA", type=PATH)
 @click.option("--drives", type=click.IntRange(0, MOST_DRIVES), default=0, show_default=True, metavar="N",
               help="Number of simulated drives with noise, of which the end poses are told.")  # fmt: skip
+@click.option("--picture", type=PATH, metavar="FILE",
+              help="Draw the drive from above, too, as .svg.")  # fmt: skip
 @output_option("drive")
 @seed_option
 @json_option
-def command(area_path: Path, drives: int, output: Path, overwrite: bool, seed: int, as_json: bool) -> None:
+def command(
+    area_path: Path,
+    drives: int,
+    picture: Path | None,
+    output: Path,
+    overwrite: bool,
+    seed: int,
+    as_json: bool,
+) -> None:
     """Plan how a truck drives from its start to its goal, past everything.
 
     A path on a lattice is smoothed and timed; the truck is proven to keep the margin of the area all along.
@@ -34,18 +44,25 @@ def command(area_path: Path, drives: int, output: Path, overwrite: bool, seed: i
     \b
     Example:
       apc plan-drive hall.yaml -o drive.json
-      apc plan-drive hall.yaml --drives 100 --seed 3 -o drive.json
+      apc plan-drive hall.yaml --drives 100 --seed 3 --picture drive.svg -o drive.json
     """
     from pickcli.driving.drive_plan import plan_drive
     from pickcli.driving.drive_plan_file import figures, write_drive_plan
+    from pickcli.driving.drive_svg import drive_svg
     from pickcli.driving.driving_area_file import read_driving_area
     from pickcli.driving.simulated_drives import simulate_drives
+    from pickcli.files.atomic_write import write_text
 
     refuse_output(output, overwrite, area_path)
+    if picture is not None:
+        refuse_suffix(picture, (".svg",), "a picture of a drive")
+        refuse_output(picture, overwrite, area_path, output)
     area = read_driving_area(area_path)
     with stage("planning"):
         plan = plan_drive(area)
     write_drive_plan(output, plan, overwrite)
+    if picture is not None:
+        write_text(picture, drive_svg(plan), overwrite)
     simulated: dict[str, Any] = {}
     if drives:
         with stage("simulated drives"):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from pickcli.driving.free_space_proof import first_encounter
 from pickcli.driving.motion_primitives import CELL, N_HEADINGS, heading_angle
 from pickcli.driving.state_lattice import FINE, LatticeEdges, StateLattice
 from pickcli.driving.steering_path import SteeringPath, wrapped
@@ -106,7 +107,7 @@ class LatticeSearch:
         self.started = self.lattice.start_edges(self.start)
         if self.started is not None:
             i, j = self.lattice.origin.tolist()
-            is_free = self.lattice.are_free(self.started)
+            is_free = self._free_out(self.started)
             self.n_out = int(is_free.sum())
             self._relax(-1, self.started, (i, j), is_free, None)
         is_closed = np.zeros(len(self.costs), dtype=bool)
@@ -125,6 +126,15 @@ class LatticeSearch:
                 self._finish(state, bool(wanted) and (state % 2 == 1) != (wanted > 0))
             self._expand(state)
         return None
+
+    def _free_out(self, edges: LatticeEdges) -> NDArray[np.bool_]:
+        """Which edges out of the start are free: by exact shapes if by discs, which are quicker, none is."""
+        is_free = self.lattice.are_free(edges)
+        if is_free.any():
+            return is_free
+        area = self.lattice.area
+        paths = (SteeringPath(area.truck, self.start, *edges.path(k)) for k in range(len(edges.directions)))
+        return np.array([first_encounter(area, path, area.margin) is None for path in paths])
 
     def _finish(self, state: int, has_cusp: bool) -> None:
         """Go on from the goal's point to the end, with a cusp where the straight part after it needs one."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -44,6 +45,25 @@ def test_a_drive_is_planned_told_and_written_alike_each_time(hall: Path, tmp_pat
     written = json.loads(drive.read_text())
     assert figures["travel"] == written["figures"]["travel"]
     refused(apc("plan-drive", hall, "-o", drive), 3, "--overwrite")
+
+
+def test_a_picture_shows_walls_boxes_truck_and_both_directions(hall: Path, tmp_path: Path) -> None:
+    hall.write_text(
+        HALL.replace("straight: 0.3", "straight: -0.3").replace("name: rack", 'name: "<rack {1}>"')
+    )
+    picture = tmp_path / "drive.svg"
+    assert apc("plan-drive", hall, "--picture", picture, "-o", tmp_path / "drive.json").code == 0
+    root = ElementTree.parse(picture).getroot()
+    kinds = [element.tag.rpartition("}")[2] for element in root.iter()]
+    assert kinds.count("polyline") >= 2 and kinds.count("polygon") > 5
+    assert [element.text for element in root.iter() if element.tag.endswith("title")] == ["<rack {1}>"]
+    width, height = float(root.attrib["width"]), float(root.attrib["height"])
+    for element in root:
+        points = [tuple(map(float, point.split(","))) for point in element.attrib.get("points", "").split()]
+        assert all(0 <= x <= width and 0 <= y <= height for x, y in points)
+    wrong = apc("plan-drive", hall, "--picture", tmp_path / "drive.png", "-o", tmp_path / "other.json")
+    refused(wrong, 3, "drive.png", ".svg")
+    assert not (tmp_path / "other.json").exists()
 
 
 def test_the_actions_of_a_file_lead_to_its_poses_and_to_the_goal(hall: Path, tmp_path: Path) -> None:
