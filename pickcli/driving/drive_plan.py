@@ -87,4 +87,5 @@ def _reason(area: DrivingArea, search: LatticeSearch) -> Reason:
         return Reason("no edge out of the start is free", "lattice", kept)
     if not search.n_expanded:
         return Reason("walls and boxes part start and goal", "lattice", kept)
-    return Reason("no path", "lattice", f"{search.n_expanded} states reached, {kept}")
+    what = "given up" if search.queue else "no path"
+    return Reason(what, "lattice", f"{search.n_expanded} states reached, {kept}")

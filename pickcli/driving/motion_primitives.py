@@ -23,6 +23,7 @@ STEEPEST = 4.0  # rad of steering angle per m of travel
 RANGE = 1.6  # m from the start of a primitive to its end, at most
 AHEAD = 0.15  # rad of the direction to the end from the mean of both headings, at most
 ITERATIONS = 9
+MOST_TRAVEL = 4.0  # m
 CLOSE = 1e-10  # m and rad of an end pose
 DIFFERENCE = 1e-7  # of a figure, to differentiate end poses
 
@@ -90,7 +91,7 @@ def connections(truck: Tricycle, ends: Array) -> tuple[Connections, NDArray[np.i
         slopes = np.swapaxes(slopes, 1, 2) + 1e-12 * np.eye(3)
         change = np.linalg.solve(slopes, error[:, :, None])[:, :, 0]
         figures = figures + np.clip(change, [-0.5, -0.5, -0.3], [0.5, 0.5, 0.3])
-        figures = np.clip(figures, [-1.6, -1.6, 0.02], [1.6, 1.6, 4.0])
+        figures = np.clip(figures, [-1.6, -1.6, 0.02], [1.6, 1.6, MOST_TRAVEL])
     error = np.abs(ends - _end(truck, figures)).max(axis=1)
     steering = np.column_stack([np.zeros(len(ends)), figures[:, :2], np.zeros(len(ends))])
     steepest = np.abs(np.diff(steering, axis=1)).max(axis=1) / (figures[:, 2] / 3)

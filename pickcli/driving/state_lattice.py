@@ -18,7 +18,9 @@ from pickcli.driving.driving_area import DrivingArea
 from pickcli.driving.motion_primitives import (
     AHEAD,
     CELL,
+    MOST_TRAVEL,
     N_HEADINGS,
+    RANGE,
     Connections,
     connections,
     heading_angle,
@@ -34,7 +36,7 @@ FINE = 4  # points of the table of distances in a cell of the lattice, either wa
 SAMPLE_STEP = 0.06  # m of travel between two samples of an edge
 DISC_PITCH = (0.25, 0.45)  # m between two discs that cover the truck, at most, along and across it
 FAR = 1.0  # m beyond the least distance that matters, above which distances are not told apart
-START_RANGE = 1.5  # m from the start to points of the lattice that it is connected with
+START_RANGE = 1.5  # m from the start to points of the lattice that it is connected with, less than RANGE
 START_TURN = 4  # headings, likewise
 
 
@@ -89,7 +91,8 @@ class StateLattice:
         self.disc_sweeps = truck.sweeps(self.discs)
         corners = np.array([(x, y) for x in (area.low[0], area.high[0]) for y in (area.low[1], area.high[1])])
         local = seen_from(goal, np.column_stack([corners, np.zeros(4)]))[:, :2]
-        border = START_RANGE + truck.front + truck.back + 1.0  # m beyond the walls that offsets may reach
+        # Edges begin within the walls: nothing that is read is farther from them than this.
+        border = (MOST_TRAVEL + RANGE) / 2 + float(np.linalg.norm(truck.corners, axis=1).max()) + CELL
         low, high = np.floor((local.min(0) - border) / CELL), np.ceil((local.max(0) + border) / CELL)
         self.origin: Indices = -low.astype(np.intp)  # cell of the goal
         self.shape = tuple((high - low).astype(int) + 1)
@@ -124,9 +127,8 @@ class StateLattice:
     def edges(self) -> tuple[LatticeEdges, ...]:
         """Edges of every heading, forwards and backwards."""
         primitives = motion_primitives(self.area.truck)
-        onwards: list[list[tuple[int, int, int]]] = [
-            [] for _ in range(N_HEADINGS)
-        ]  # heading, index, direction
+        # Of each heading: where a primitive begins that may be driven out of it, its index, the direction.
+        onwards: list[list[tuple[int, int, int]]] = [[] for _ in range(N_HEADINGS)]
         for heading, of in enumerate(primitives):
             for k, turn in enumerate(of.turns.tolist()):
                 onwards[heading].append((heading, k, 1))
