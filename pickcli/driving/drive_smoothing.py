@@ -1,13 +1,15 @@
 """Smooths a path of the lattice by trajectory optimisation with few control actions.
 
-Between two cusps all steps are of one length. Unknown are these lengths and the steering angles at the knots;
-least squares weigh travel against steering, with the end pose and the distances from everything as penalties.
+Between two cusps all steps are of one length. Unknown are these lengths and the steering angles at the knots.
+First they are made to follow the path of the lattice; then least squares weigh travel against steering, with
+the end pose and the distances from everything as penalties.
 Newton's method then meets the end exactly; the result counts only if it is proven free. The lattice path is
 feasible itself and remains where nothing better is proven.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,13 +67,12 @@ class _Shape:
         return self.steps(unknowns[:, n:]), np.concatenate([zero, unknowns[:, :n], zero], axis=1)
 
 
-class _Residuals:
-    """Residuals of the least squares, for many paths at once."""
+class _Paths:
+    """Many paths at once, of different unknowns."""
 
-    def __init__(self, lattice: StateLattice, shape: _Shape, clearance: float, weight: float) -> None:
+    def __init__(self, lattice: StateLattice, shape: _Shape) -> None:
         self.lattice, self.shape = lattice, shape
         self.start = seen_from(lattice.goal, lattice.area.start)
-        self.needed, self.weight = lattice.radius + clearance, weight
 
     def poses(self, steps: Array, steering: Array) -> Array:
         """(B, K * SAMPLES, 3) poses in the frame of the lattice, the last one at the end."""
@@ -94,8 +95,31 @@ class _Residuals:
         error[:, 2] = wrapped(error[:, 2])
         return error
 
+
+class _Followed(_Paths):
+    """Residuals of following a path with the few actions that there are, from where they lead elsewhere."""
+
+    def __init__(self, lattice: StateLattice, shape: _Shape, path: SteeringPath, first: Array) -> None:
+        super().__init__(lattice, shape)
+        steps = np.abs(shape.split(first[None])[0][0])
+        parts = steps[:, None] * np.arange(1, SAMPLES + 1) / SAMPLES
+        travel = (steps.cumsum() - steps)[:, None] + parts
+        self.poses_to_follow = seen_from(lattice.goal, path.poses_at(travel.ravel()))
+
     def __call__(self, unknowns: Array) -> Array:
-        """(B, R) residuals for (B, U) unknowns."""
+        steps, steering = self.shape.split(unknowns)
+        off = self.poses(steps, steering) - self.poses_to_follow
+        return np.concatenate([END_WEIGHT * off.reshape(len(steps), -1), _changes(steps, steering)], axis=1)
+
+
+class _Residuals(_Paths):
+    """Residuals of a short path with little steering that keeps away from everything."""
+
+    def __init__(self, lattice: StateLattice, shape: _Shape, clearance: float, weight: float) -> None:
+        super().__init__(lattice, shape)
+        self.needed, self.weight = lattice.radius + clearance, weight
+
+    def __call__(self, unknowns: Array) -> Array:
         steps, steering = self.shape.split(unknowns)
         poses = self.poses(steps, steering)
         distances = self.lattice.distance_at(self.lattice.disc_places(poses))
@@ -104,12 +128,18 @@ class _Residuals:
         return np.concatenate(
             [
                 np.sqrt(unknowns[:, -len(self.shape.counts) :]),
-                np.sqrt(STEERING_WEIGHT) * np.diff(steering, axis=1) / np.sqrt(np.abs(steps)),
+                _changes(steps, steering),
                 END_WEIGHT * end,
                 self.weight * lacking.reshape(len(steps), -1),
             ],
             axis=1,
         )
+
+
+def _changes(steps: Array, steering: Array) -> Array:
+    """(B, K) residuals of steering less."""
+    changes: Array = np.sqrt(STEERING_WEIGHT / np.abs(steps)) * np.diff(steering, axis=1)
+    return changes
 
 
 def smoothed(lattice: StateLattice, path: SteeringPath) -> SteeringPath:
@@ -128,9 +158,11 @@ def smoothed(lattice: StateLattice, path: SteeringPath) -> SteeringPath:
     most = lattice.area.truck.planned_steering
     low = np.concatenate([np.full(n, -most), np.full(len(first) - n, SHORTEST)])
     high = np.concatenate([np.full(n, most), np.full(len(first) - n, np.inf)])
+    followed = _Followed(lattice, shape, path, first)
+    near = _least_squares(followed, np.clip(first, low, high), low, high)
     for clearance, weight in AIMS:
         residuals = _Residuals(lattice, shape, clearance, weight)
-        exact = _met(residuals, _least_squares(residuals, np.clip(first, low, high), low, high), low, high)
+        exact = _met(residuals, _least_squares(residuals, near, low, high), low, high)
         if exact is None:
             continue
         steps, steering = shape.split(exact[None])
@@ -140,8 +172,8 @@ def smoothed(lattice: StateLattice, path: SteeringPath) -> SteeringPath:
     return path
 
 
-def _least_squares(of: _Residuals, x: Array, low: Array, high: Array) -> Array:
-    """Unknowns of locally least squares within bounds, by Levenberg and Marquardt's method.
+def _least_squares(of: Callable[[Array], Array], x: Array, low: Array, high: Array) -> Array:
+    """Unknowns within bounds with locally least squares of residuals, by Levenberg and Marquardt's method.
 
     Without a library: theirs decompose tall matrices on several threads, which wait for each other.
     """
@@ -170,7 +202,7 @@ def _least_squares(of: _Residuals, x: Array, low: Array, high: Array) -> Array:
     return x
 
 
-def _met(of: _Residuals, x: Array, low: Array, high: Array) -> Array | None:
+def _met(of: _Paths, x: Array, low: Array, high: Array) -> Array | None:
     """Unknowns nearby with which the end is met within the bounds; None if Newton's method finds none."""
     for _ in range(NEWTON_STEPS):
         moved = of.end_error(np.concatenate([x[None], x + DIFFERENCE * np.eye(len(x))]))

@@ -9,11 +9,13 @@ import pytest
 
 from bench.driving import STRAIGHT, random_area
 from pickcli.driving.drive_plan import DrivePlan, plan_drive
+from pickcli.driving.drive_smoothing import smoothed
 from pickcli.driving.drive_tracking import PERIOD, RATE, TrackingController, tangents
 from pickcli.driving.driving_area import DrivingArea, FloorBox
 from pickcli.driving.free_space_proof import clearances, first_encounter
 from pickcli.driving.simulated_drives import DriveNoise, SimulatedDrives, simulate_drives
 from pickcli.driving.speed_profile import speed_profile
+from pickcli.driving.state_lattice import StateLattice
 from pickcli.driving.steering_path import SteeringPath, posed, seen_from, wrapped
 from pickcli.driving.tricycle import PLANNED_SHARE, Tricycle
 from pickcli.errors import NoPlanError
@@ -22,7 +24,7 @@ from pickcli.geometry import Array
 SILENT = DriveNoise(0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@pytest.fixture(scope="module", params=[(100, 0.0), (103, STRAIGHT), (105, STRAIGHT)], ids=str)
+@pytest.fixture(scope="module", params=[(108, 0.0), (103, STRAIGHT), (105, STRAIGHT)], ids=str)
 def plan(request: pytest.FixtureRequest) -> DrivePlan:
     return plan_drive(random_area(*request.param))
 
@@ -94,6 +96,28 @@ def test_goals_in_an_empty_hall(goal: tuple[float, float, float]) -> None:
     plan = plan_drive(empty_hall(np.array(goal)))
     np.testing.assert_allclose(plan.path.end[:2], goal[:2], atol=1e-7)
     assert plan.path.length < 14.0
+
+
+def test_a_long_path_between_posts_is_smoothed() -> None:
+    """Few actions that are read off a long path lead elsewhere: they are fitted to it first."""
+    rng, n = np.random.default_rng(5), 22
+    start = np.array([3.0, 3.0, 0.5])
+    turns = np.column_stack([np.zeros((n, 1)), rng.uniform(-0.9, 0.9, (n, 2))]).ravel()
+    path = SteeringPath(Tricycle(), start, rng.uniform(0.2, 0.4, 3 * n), np.append(turns, 0.0))
+    low = path.knot_poses[:, :2].min(axis=0) - 3.0
+    high = path.knot_poses[:, :2].max(axis=0) + 3.0
+    posts = [
+        FloorBox(f"post {k}", (x, y), (0.1, 0.1)) for k, (x, y) in enumerate(rng.uniform(low, high, (900, 2)))
+    ]
+    area = DrivingArea((low[0], low[1]), (high[0], high[1]), tuple(posts), start, path.end)
+    distances = clearances(area, path.poses_at(np.linspace(0, path.length, 400)))[:, 1:].min(axis=0)
+    near = tuple(post for post, distance in zip(posts, distances, strict=True) if 0.2 < distance < 0.5)
+    area = replace(area, boxes=near)
+    smooth = smoothed(StateLattice(area, path.end), path)
+    assert len(near) > 20
+    assert len(smooth.steps) < len(path.steps) and smooth.length < path.length
+    assert first_encounter(area, smooth, area.margin) is None
+    np.testing.assert_allclose(smooth.end[:2], path.end[:2], atol=1e-7)
 
 
 def test_a_blocked_straight_end_and_a_walled_goal_have_reasons() -> None:
