@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -13,11 +12,11 @@ from pydantic import Field
 from pickcli.driving.driving_area import WALLS, DrivingArea, FloorBox
 from pickcli.driving.free_space_proof import clearances
 from pickcli.driving.tricycle import Tricycle
-from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import DRIVING_AREA
 from pickcli.files.schema import Angle, Coordinate, FileModel, Size, Text, validate
 from pickcli.files.source import Source
-from pickcli.files.yaml_reader import quoted, read_yaml
+from pickcli.files.yaml_reader import read_yaml
+from pickcli.geometry import Array
 
 MOST_BOXES = 200
 MOST_SIDE = 40.0  # m of the rectangle
@@ -142,7 +141,7 @@ def read_driving_area(path: Path) -> DrivingArea:
     return area
 
 
-def _refuse_near(source: Source, area: DrivingArea, name: str, pose: np.ndarray) -> None:
+def _refuse_near(source: Source, area: DrivingArea, name: str, pose: Array) -> None:
     """Note a pose of the truck that does not keep the margin."""
     found = clearances(area, pose[None])[0]
     nearest = int(found.argmin())
@@ -153,34 +152,3 @@ def _refuse_near(source: Source, area: DrivingArea, name: str, pose: np.ndarray)
     elif least < area.margin:
         keep = f"keep the margin of {area.margin:g} m, or state a smaller one"
         source.add((name,), f"the truck at the {name} is {least:.3f} m from {of}; {keep}")
-
-
-def write_driving_area(path: Path, area: DrivingArea, replace: bool = True) -> None:
-    """Write a driving area as YAML.
-
-    Args:
-        path: The file.
-        area: The area.
-        replace: Whether an existing file may be replaced.
-
-    Raises:
-        InputError: The file cannot be written, or exists.
-    """
-
-    def listed(values: object) -> str:
-        return "[" + ", ".join(repr(float(value)) for value in np.ravel(np.asarray(values))) + "]"
-
-    lines = ["format: apc driving area", "version: 1"]
-    lines += [
-        f"walls: {{low: {listed(area.low)}, high: {listed(area.high)}}}",
-        "boxes:" if area.boxes else "boxes: []",
-    ]
-    for box in area.boxes:
-        figures = f"centre: {listed(box.centre)}, size: {listed(box.size)}, yaw: {box.yaw!r}"
-        lines.append(f"  - {{name: {quoted(box.name)}, {figures}}}")
-    for name, pose in (("start", area.start), ("goal", area.goal)):
-        straight = f", straight: {area.straight!r}" if name == "goal" else ""
-        lines.append(f"{name}: {{position: {listed(pose[:2])}, yaw: {float(pose[2])!r}{straight}}}")
-    lines += [f"margin: {area.margin!r}", "truck:"]
-    lines += [f"  {each.name}: {getattr(area.truck, each.name)!r}" for each in fields(Tricycle)]
-    write_text(path, "\n".join(lines) + "\n", replace)

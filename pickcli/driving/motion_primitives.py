@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.driving.tricycle import Tricycle
+from pickcli.errors import InputError
 from pickcli.geometry import Array
 
 N_HEADINGS = 32
@@ -134,6 +135,9 @@ def motion_primitives(truck: Tricycle) -> tuple[HeadingPrimitives, ...]:
 
     Returns:
         The primitives of each heading.
+
+    Raises:
+        InputError: The truck turns in too wide curves: out of some heading none leads into the next one.
     """
     quarter = N_HEADINGS // 4
     goals = [_goals(heading) for heading in range(quarter)]
@@ -146,6 +150,12 @@ def motion_primitives(truck: Tricycle) -> tuple[HeadingPrimitives, ...]:
     for heading in range(quarter):
         which = _shortest(np.flatnonzero(of == heading), turns, drives.travel)
         first.append(HeadingPrimitives(drives.chosen(which), cells[which], turns[which]))
+        if not {1, -1} <= set(turns[which].tolist()):
+            raise InputError(
+                "the truck turns in too wide curves for the lattice, with a wheel base of "
+                f"{truck.wheel_base:g} m and {truck.steering:g} rad of steering; state a shorter wheel base or "
+                "more steering"
+            )
     return tuple(_turned(first[heading % quarter], heading // quarter) for heading in range(N_HEADINGS))
 
 

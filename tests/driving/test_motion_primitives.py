@@ -19,6 +19,7 @@ from pickcli.driving.motion_primitives import (
 )
 from pickcli.driving.steering_path import SteeringPath
 from pickcli.driving.tricycle import Tricycle
+from pickcli.errors import InputError
 from pickcli.geometry import Array
 
 TRUCK = Tricycle()
@@ -50,6 +51,12 @@ def test_every_heading_has_primitives_of_each_turn(primitives: tuple[HeadingPrim
     assert len(primitives) == N_HEADINGS
     for of in primitives:
         assert set(of.turns.tolist()) == set(TURNS)
+
+
+def test_a_truck_that_hardly_turns_is_refused() -> None:
+    with pytest.raises(InputError, match=r"too wide curves .* 1.19 m and 0.3 rad"):
+        motion_primitives(Tricycle(steering=0.3))
+    assert len(motion_primitives(Tricycle(steering=0.6))) == N_HEADINGS
 
 
 @pytest.mark.parametrize("heading", range(0, N_HEADINGS, 3))

@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from bench.driving import random_area
-from pickcli.driving.driving_area_file import read_driving_area, write_driving_area
+from pickcli.driving.driving_area import FloorBox
+from pickcli.driving.driving_area_file import read_driving_area
 from pickcli.driving.steering_path import SteeringPath, seen_from, wrapped
 from pickcli.driving.tricycle import Tricycle
 from support.command_line import apc, misused, refused
@@ -84,14 +84,13 @@ def test_the_actions_of_a_file_lead_to_its_poses_and_to_the_goal(hall: Path, tmp
     assert written["poses"][-1]["time"] == pytest.approx(written["figures"]["duration"], abs=1e-6)
 
 
-def test_an_area_is_read_as_it_was_written(tmp_path: Path) -> None:
-    area = random_area(3, -0.6)
-    write_driving_area(tmp_path / "a.yaml", area)
-    found = read_driving_area(tmp_path / "a.yaml")
-    np.testing.assert_array_equal(found.start, area.start)
-    np.testing.assert_array_equal(found.goal, area.goal)
-    assert (found.boxes, found.low, found.high) == (area.boxes, area.low, area.high)
-    assert (found.straight, found.margin, found.truck) == (area.straight, area.margin, area.truck)
+def test_an_area_is_read_with_its_figures_and_their_defaults(hall: Path) -> None:
+    hall.write_text(HALL + "truck: {width: 0.9}\n")
+    found = read_driving_area(hall)
+    assert found.boxes == (FloorBox("rack", (4.0, 4.0), (2.0, 1.0), 0.3),)
+    assert (found.low, found.high, found.straight, found.margin) == ((0.0, 0.0), (8.0, 8.0), 0.3, 0.05)
+    assert (found.start.tolist(), found.goal.tolist()) == ([1.5, 1.5, 0.0], [5.5, 1.7, 0.2])
+    assert found.truck == Tricycle(width=0.9)
 
 
 @pytest.mark.parametrize(
