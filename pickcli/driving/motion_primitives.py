@@ -151,11 +151,9 @@ def motion_primitives(truck: Tricycle) -> tuple[HeadingPrimitives, ...]:
         which = _shortest(np.flatnonzero(of == heading), turns, drives.travel)
         first.append(HeadingPrimitives(drives.chosen(which), cells[which], turns[which]))
         if not {1, -1} <= set(turns[which].tolist()):
-            raise InputError(
-                "the truck turns in too wide curves for the lattice, with a wheel base of "
-                f"{truck.wheel_base:g} m and {truck.steering:g} rad of steering; state a shorter wheel base or "
-                "more steering"
-            )
+            figures = f"a wheel base of {truck.wheel_base:g} m and {truck.steering:g} rad of steering"
+            advice = "state a shorter wheel base or more steering"
+            raise InputError(f"the truck turns in too wide curves for the lattice, with {figures}; {advice}")
     return tuple(_turned(first[heading % quarter], heading // quarter) for heading in range(N_HEADINGS))
 
 
