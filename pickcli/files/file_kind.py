@@ -52,6 +52,8 @@ STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 STACK = FileKind("a stack of tasks", "those of data/stacks are examples")
 PALLET = FileKind("an order of a pallet", "apc make-pallet-order draws one")
 STACKED = FileKind("a stacked pallet", "apc plan-pallet writes one")
+DRIVING_AREA = FileKind("a driving area", "docs/formats/drive.md describes it")
+DRIVE = FileKind("a plan of a drive", "apc plan-drive writes one")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
@@ -73,6 +75,8 @@ KINDS = (
     STACK,
     PALLET,
     STACKED,
+    DRIVING_AREA,
+    DRIVE,
     URDF,
     SRDF,
     JOINT_LIMITS,
@@ -92,6 +96,8 @@ _BY_FORMAT = {
     b"stack": STACK,
     b"pallet": PALLET,
     b"stacked": STACKED,
+    b"driving": DRIVING_AREA,
+    b"drive": DRIVE,
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)

@@ -12,6 +12,8 @@ from pickcli.cell.data_path import data_path
 from pickcli.commands import main as cli
 from pickcli.files.file_kind import (
     CELL,
+    DRIVE,
+    DRIVING_AREA,
     ITEMS,
     JOINT_LIMITS,
     KINDS,
@@ -51,6 +53,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "make-order": {},
     "make-pallet-order": {},
     "plan-pallet": {"order_path": PALLET},
+    "plan-drive": {"area_path": DRIVING_AREA},
     "make-stream": {"cell_name": CELL},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "perceive": {
@@ -155,6 +158,11 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     assert apc("make-scene", "--in", f"tote={ITEM}", "-o", folder / IN_TOTE).code == 0
     assert apc("make-stream", "--items", 1, "-o", found[STREAM]).code == 0
     assert apc("make-pallet-order", "--cartons", 1, "-o", found[PALLET]).code == 0
+    found[DRIVING_AREA].write_text(
+        "format: apc driving area\nversion: 1\nwalls: {low: [0, 0], high: [5, 5]}\n"
+        "start: {position: [1, 1], yaw: 0}\ngoal: {position: [2, 1], yaw: 0}\n"
+    )
+    found[DRIVE].write_text('{"format": "apc drive", "version": 1}\n')
     found[STACKED].write_text('{"format": "apc stacked pallet", "version": 1}\n')
     tsrs = folder / "regions.tsrs"
     tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")

@@ -31,6 +31,7 @@ RANDOM = {
     "make-stream",
     "locate-pod",
     "perceive",
+    "plan-drive",
     "plan-pallet",
     "plan-pick",
     "plan-shift",

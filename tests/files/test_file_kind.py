@@ -11,6 +11,8 @@ from pickcli.cell.data_path import data_path
 from pickcli.errors import InputError
 from pickcli.files.file_kind import (
     CELL,
+    DRIVE,
+    DRIVING_AREA,
     HDF5_MAGIC,
     ITEMS,
     JOINT_LIMITS,
@@ -50,6 +52,8 @@ BEGINNINGS = [
     (b"format: apc stack\nversion: 1\n", STACK),
     (b"format: apc pallet\nversion: 1\n", PALLET),
     (b'{"format": "apc stacked pallet", "version": 1}', STACKED),
+    (b"format: apc driving area\nversion: 1\n", DRIVING_AREA),
+    (b'{"format": "apc drive", "version": 1}', DRIVE),
     (b'{"format": "apc recording", "version": 1}', RECORDING),
     (b'{"work_order": [], "bin_contents": {}}', ORDER),
     (b'{"score": 1, "max_score": 2}', TRIAL),

@@ -1,0 +1,92 @@
+"""Where a truck drives: walls around, boxes inside, a start and a goal, all seen from above."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pickcli.driving.tricycle import Tricycle
+from pickcli.geometry import Array
+
+WALLS = "the walls"
+
+
+@dataclass(frozen=True)
+class FloorBox:
+    """A box that stands on the floor.
+
+    Attributes:
+        name: Name in messages.
+        centre: (2,) m.
+        size: (2,) m along its own x and y.
+        yaw: rad.
+    """
+
+    name: str
+    centre: tuple[float, float]
+    size: tuple[float, float]
+    yaw: float = 0.0
+
+    @property
+    def corners(self) -> Array:
+        """(4, 2) m: corners, counterclockwise."""
+        half = np.array(self.size) / 2
+        c, s = np.cos(self.yaw), np.sin(self.yaw)
+        signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        corners: Array = (signs * half) @ np.array([[c, s], [-s, c]]) + self.centre
+        return corners
+
+    def distance(self, points: Array) -> Array:
+        """Return the distance of points from the box.
+
+        Args:
+            points: (..., 2) m.
+
+        Returns:
+            (...) m, 0 inside.
+        """
+        c, s = np.cos(self.yaw), np.sin(self.yaw)
+        off = points - self.centre
+        x = np.abs(c * off[..., 0] + s * off[..., 1]) - self.size[0] / 2
+        y = np.abs(c * off[..., 1] - s * off[..., 0]) - self.size[1] / 2
+        distance: Array = np.hypot(np.maximum(x, 0.0), np.maximum(y, 0.0))
+        return distance
+
+
+@dataclass(frozen=True, eq=False)
+class DrivingArea:
+    """What a drive is planned for.
+
+    Attributes:
+        low: (2,) m: lower corner of the rectangle that the truck stays in.
+        high: (2,) m: upper corner.
+        boxes: What stands in it.
+        start: (3,) m, m, rad: pose of the truck.
+        goal: (3,) m, m, rad.
+        straight: m of the last part of the drive, straight into the goal; negative: backwards, 0: any end.
+        margin: m that a plan keeps from walls and boxes, for errors of the controller.
+        truck: The truck.
+    """
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+    boxes: tuple[FloorBox, ...]
+    start: Array
+    goal: Array
+    straight: float = 0.0
+    margin: float = 0.05
+    truck: Tricycle = field(default_factory=Tricycle)
+
+    def wall_distance(self, points: Array) -> Array:
+        """Return the distance of points from the walls around.
+
+        Args:
+            points: (..., 2) m.
+
+        Returns:
+            (...) m, negative outside.
+        """
+        inside = np.minimum(points - np.array(self.low), np.array(self.high) - points)
+        distance: Array = inside.min(axis=-1)
+        return distance
