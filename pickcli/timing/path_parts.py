@@ -34,7 +34,7 @@ class PathParts:
 
     @classmethod
     def of(cls, segments: Sequence[PathSegment]) -> PathParts:
-        """Join segments.
+        """Join the paths of segments to one polyline.
 
         Args:
             segments: At least one, each starting at the end of the one before.
