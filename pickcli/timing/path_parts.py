@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.motion.segment import PathSegment
-from pickcli.timing.corner_blending import BlendedPath, Indices
-from pickcli.timing.polyline_simplification import NOWHERE
+from pickcli.timing.corner_blending import DEPTH, BlendedPath, Indices
+from pickcli.timing.polyline_simplification import NOWHERE, POINT_TOLERANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +21,8 @@ class PathParts:
 
     The corner between two parts is blended as widely as either allows, and that blend belongs to the part
     that allows more: a straight line ends where the path leaves it for a coarse motion, not in the middle of
-    the blend. Between parts that allow the same, the boundary is in the middle.
+    the blend. The blend takes half of the line at most. Between parts that allow the same, the boundary is in
+    the middle.
 
     Attributes:
         waypoints: (N, n) polyline of all parts.
@@ -66,8 +69,9 @@ class PathParts:
         for start, end, blend in zip(self.edges[:-1], self.edges[1:], self.blends, strict=True):
             tolerances[start + 1 : end + 1] = blend
         before, after = self.blends[:-1], self.blends[1:]
-        stops = np.minimum(before, after) == 0.0
-        tolerances[self.edges[1:-1]] = np.where(stops, 0.0, np.maximum(before, after))
+        narrow, wide = np.minimum(before, after), np.maximum(before, after)
+        allowed = np.maximum(narrow, np.minimum(wide, DEPTH * self._turns * self._most_given))
+        tolerances[self.edges[1:-1]] = np.where(narrow == 0.0, 0.0, allowed)
         return tolerances
 
     def boundaries(self, curve: BlendedPath) -> Array:
@@ -80,7 +84,24 @@ class PathParts:
             (P + 1,) path parameters s, not decreasing.
         """
         s = curve.waypoint_s[self.edges]
-        corner = np.minimum(np.searchsorted(curve.corner_s, s), len(curve.corner_s) - 1)
-        half = np.where(curve.corner_s[corner] == s, curve.half_lengths[corner], 0.0)
-        s[1:-1] += np.sign(self.blends[:-1] - self.blends[1:]) * half[1:-1]
+        off = np.abs(curve.corner_s - s[:, None])
+        half = np.where(off.min(axis=1) <= 2 * POINT_TOLERANCE, curve.half_lengths[off.argmin(axis=1)], 0.0)
+        given = np.minimum(half[1:-1], self._most_given)
+        s[1:-1] += np.sign(self.blends[:-1] - self.blends[1:]) * given
         return np.maximum.accumulate(np.clip(s, 0.0, curve.length))
+
+    @cached_property
+    def _most_given(self) -> Array:
+        """(P - 1,) joint units of the narrower part that the blend with its neighbour may take: half."""
+        steps = np.linalg.norm(np.diff(self.waypoints, axis=0), axis=1)
+        lengths = np.array([steps[a:b].sum() for a, b in pairwise(self.edges.tolist())])
+        return np.where(self.blends[:-1] < self.blends[1:], lengths[:-1], lengths[1:]) / 2
+
+    @cached_property
+    def _turns(self) -> Array:
+        """(P - 1,) change of the unit direction at the inner edges."""
+        steps = np.diff(self.waypoints, axis=0)
+        unit = np.zeros((len(steps) + 2, self.waypoints.shape[1]))  # none before the first waypoint, or after
+        unit[1:-1] = steps / np.maximum(np.linalg.norm(steps, axis=1), POINT_TOLERANCE)[:, None]
+        inner = self.edges[1:-1]
+        return np.asarray(np.linalg.norm(unit[inner + 1] - unit[inner], axis=1))

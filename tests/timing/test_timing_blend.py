@@ -182,6 +182,20 @@ def test_a_line_ends_where_the_blend_to_a_coarse_motion_begins() -> None:
     assert np.allclose(same.boundaries(blend(waypoints, same.tolerances)), [0.0, 1.0, 2.0, 3.0])
 
 
+@pytest.mark.parametrize("turn", [0.02, 0.3, 1.2])
+@pytest.mark.parametrize("length", [0.3, 0.02, 0.001])
+def test_half_of_a_line_at_least_stays_a_line(length: float, turn: float) -> None:
+    """A line may be shorter than a wide blend: its part lasts, and what follows the line is not rounded."""
+    along = np.array([np.cos(turn), np.sin(turn)])
+    waypoints = np.array([[-1.0, 0.0], [0.0, 0.0], length * along, (length + 0.02) * along])
+    parts = PathParts(waypoints, np.array([0, 1, 2, 3]), np.array([0.05, 0.002, 0.002]))
+    curve = blend(waypoints, parts.tolerances)
+    begin, end = parts.boundaries(curve)[1:3]
+    assert begin <= 1.0 + length / 2 + 1e-9 and end == pytest.approx(1.0 + length, abs=1e-6)
+    q = curve.evaluate(np.linspace(begin, curve.length, 400))
+    assert distance_to_polyline(q, waypoints).max() <= 0.002
+
+
 def test_blend_that_would_leave_the_joint_limits_is_cut_back() -> None:
     """A wide bump of the one corner must not carry the next one, which lies on a limit, over it."""
     waypoints = np.array([[0.0, 0.0], [0.3, 0.0], [0.32, 0.001], [0.34, 0.0], [0.6, 0.3]])
