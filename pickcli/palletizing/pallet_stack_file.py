@@ -170,7 +170,9 @@ def read_pallet_stack(path: Path) -> StackedPallet:
 
 
 def _check_names(source: Source, model: _Stack) -> None:
-    """Refuse a carton that is put up twice, or before what bears it. Raises InputError."""
+    """Refuse a carton stated twice, or before what bears it, and a stack of none. Raises InputError."""
+    if not model.placements and not model.left:
+        source.add(("placements",), "no carton is put up, and none is left; plan a stack of at least one")
     there: set[str] = set()
     for k, each in enumerate(model.placements):
         if each.id in there:
@@ -178,6 +180,10 @@ def _check_names(source: Source, model: _Stack) -> None:
         for name in sorted(set(each.rests_on) - there):
             source.add(("placements", k, "rests_on"), f"{each.id} rests on {name}, which is not there yet")
         there.add(each.id)
+    for k, left in enumerate(model.left):
+        if left.id in there:
+            source.add(("left", k, "id"), f"{left.id} is put up, too, or left twice; state each carton once")
+        there.add(left.id)
     source.check()
 
 

@@ -78,10 +78,21 @@ def _askew(values: dict[str, Any]) -> None:
     values["placements"][0]["yaw_deg"] = 45
 
 
+def _none(values: dict[str, Any]) -> None:
+    values["placements"], values["left"] = [], []
+
+
+def _left_as_well(values: dict[str, Any]) -> None:
+    values["left"] = [{"id": values["placements"][0]["id"], "reasons": []}]
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
-    [(_twice, "is put up twice"), (_early, "which is not there yet"), (_askew, "yaw_deg")],
-)
+    [
+        (_twice, "is put up twice"), (_early, "which is not there yet"), (_askew, "yaw_deg"),
+        (_none, "no carton is put up"), (_left_as_well, "is put up, too"),
+    ],
+)  # fmt: skip
 def test_mistakes_are_told(change: Any, told: str, stack: PalletStack, tmp_path: Path) -> None:
     values = stack_to_dict(StackedPallet.of(stack, TESTED))
     values = json.loads(json.dumps(values))
