@@ -60,7 +60,7 @@ def test_an_item_that_is_never_met_has_no_plan(stream: Path, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--item", "x", "--bin", "belt"), "--bin and --neighbours are for scenes"),
+        (("--item", "x", "--bin", "belt"), "--bin, --at and --neighbours are for scenes"),
         ((), "name the item by its id in the stream"),
         (
             ("--item", "x", "--scene", "scene.json"),

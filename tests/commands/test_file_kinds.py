@@ -125,7 +125,8 @@ WRITTEN = (
 ALSO_READ = {  # besides what the table names
     ("show", "path", TRIAL), ("inspect", "path", PERCEIVED), ("inspect", "path", STREAM),
     ("show", "path", STACKED), ("inspect", "path", STACKED), ("inspect", "path", PALLET),
-    ("run-trial", "order_path", STREAM), ("locate-pod", "recorded", RECORDING),
+    ("run-trial", "order_path", STREAM), ("run-trial", "order_path", PALLET),
+    ("run-trial", "order_path", STACKED), ("locate-pod", "recorded", RECORDING),
     ("verify", "plan_path", STACKED),
 }  # fmt: skip
 UNREAD = ("check", "cell_name")  # but where a file is damaged
