@@ -25,9 +25,9 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.assembly.carried_motion import carried_motion
 from pickcli.planning.assembly.grip_load import carried_load
+from pickcli.planning.assembly.pick_plan import pick_plan, why_too_slow
 from pickcli.planning.assembly.proven_timing import BETWEEN
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven, why_not_swept
-from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.assembly.tracked_stitching import (
     SceneSegment,
     TimedTaking,
@@ -40,10 +40,9 @@ from pickcli.planning.pick_motion import GraspMotion, PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
-from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.arm_tracking import ArmTracking
 from pickcli.timing.concatenation import RestingRun
-from pickcli.timing.limit_check import LIMIT_TOLERANCE, measure_limits
+from pickcli.timing.limit_check import measure_limits
 from pickcli.timing.line_tracking import TrackedMotion
 from pickcli.timing.plan_parts import PlanPart, joined
 from pickcli.timing.timed_run import TimedRun
@@ -210,10 +209,8 @@ def stitch_followed(
     if (missing := scheduled[1].duration - trajectory.duration) > BETWEEN:
         return missing
     segments, trajectory, events = scheduled
-    most = measure_limits(trajectory, context.arm.limits, context.cell.speed_scale)
-    if most.time_scale > 1.0 + LIMIT_TOLERANCE:
-        worst = max(most.velocity, most.acceleration, most.jerk, key=lambda peak: peak.ratio)
-        return Failures.of(Reason("joint too slow", str(taking.motion.grasp), str(worst)))
+    if (too_slow := why_too_slow(context, trajectory, taking.motion.grasp)) is not None:
+        return Failures.of(too_slow)
     n_away = sum(len(part.segments) for part in transfer.away)
     unproven = _why_not_free(
         meeting, followed, _proofs(meeting, carried, parts, segments, n_away), trajectory, segments
@@ -227,22 +224,8 @@ def stitch_followed(
     if load.ratio > context.settings.load_ratio * (1.0 + BETWEEN):
         held = f"{load} following the belt, {load.ratio:.2f} of the limit"
         return Failures.of(Reason("does not hold", str(taking.motion.grasp), held))
-    plan = Plan(
-        query=taking.problem.label,
-        cell_fingerprint=context.cell.fingerprint,
-        scene_hash=scene_hash(meeting.scene),
-        seed=taking.problem.seed,
-        segments=segments,
-        trajectory=trajectory,
-        events=events,
-        grasp=load.of(taking.motion.grasp),
-        speed_scale=taking.problem.target.item.speed_scale,
-        arm=context.cell.arm,
-        others=context.cell.others,
-        tracking=meeting.tracking,
-    )
-    too_fast = thrown(context.arm, plan, context.cell.devices)
-    return plan if too_fast is None else Failures.of(too_fast)
+    bound, grasp = (segments, trajectory, events), load.of(taking.motion.grasp)
+    return pick_plan(taking.problem, meeting.scene, bound, grasp, meeting.tracking)
 
 
 def _proofs(

@@ -18,8 +18,8 @@ from pickcli.io_events.event_binding import bound_events
 from pickcli.io_events.resolve import resolve
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.carried_motion import carried_motion
+from pickcli.planning.assembly.pick_plan import pick_plan
 from pickcli.planning.assembly.proven_timing import proven_run
-from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
@@ -74,22 +74,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     scheduled = bound_events(context.cell, segments, trajectory, rests.taking, rests.releasing)
     if isinstance(scheduled, Failures):
         return scheduled
-    segments, trajectory, events = scheduled
-    plan = Plan(
-        query=problem.label,
-        cell_fingerprint=context.cell.fingerprint,
-        scene_hash=scene_hash(scene),
-        seed=problem.seed,
-        segments=segments,
-        trajectory=trajectory,
-        events=events,
-        grasp=carried.load.of(motion.taking.grasp),
-        speed_scale=problem.target.item.speed_scale,
-        arm=context.cell.arm,
-        others=context.cell.others,
-    )
-    too_fast = thrown(context.arm, plan, context.cell.devices)
-    return plan if too_fast is None else Failures.of(too_fast)
+    return pick_plan(problem, scene, scheduled, carried.load.of(motion.taking.grasp))
 
 
 def stitch_run(

@@ -6,12 +6,11 @@ here before the plan is returned, and corrected by narrower blends or a lower sp
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.tool import ToolState
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Reason
@@ -19,7 +18,6 @@ from pickcli.geometry import Array
 from pickcli.grasping.grasp_method import ContactLimit
 from pickcli.kernel import line_deviation
 from pickcli.kinematics.arm import Arm
-from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.timed_run import TimedRun
@@ -31,7 +29,6 @@ OFF_LINE = 0.0018  # m; the verifier allows 0.002
 OFF_ANGLE = np.radians(0.9)  # the verifier allows 1 degree
 NARROWER = 0.4  # factor of a blend if the tool left its line
 SLOWER = 0.98  # additional factor of a speed that was exceeded
-RELEASE_SPEED = 0.095  # m/s from the release command on; the verifier allows 0.1
 SPEED_STEP = 1e-3  # s over which a speed is measured
 
 
@@ -83,31 +80,6 @@ def broken_promise(
         return Reason(
             "contact speed", f"{segments[k].kind}", f"{speed:.4f} m/s, the tool takes {coming.speed}"
         )
-    return None
-
-
-def thrown(arm: Arm, plan: Plan, devices: Mapping[str, Device]) -> Reason | None:
-    """Check that the tool is slow when the release command is given.
-
-    Args:
-        arm: Kinematics of the tool.
-        plan: The plan with its events.
-        devices: Devices of the cell by name.
-
-    Returns:
-        The fault with the speed; None if it is slow enough, or nothing is released.
-    """
-    last = next((s for s in reversed(plan.segments) if s.held is not None), None)
-    for event in plan.events:
-        is_release = devices[event.device].kind is DeviceKind.VALVE and event.action == "off"
-        if last is None or not is_release or event.t_trigger is None:
-            continue
-        times = np.arange(event.t_trigger, last.t_end + SPEED_STEP, SPEED_STEP)
-        p = _tips(arm, plan.trajectory, times, last.tool_state)[:, :3, 3]
-        speed = float(np.linalg.norm(np.diff(p, axis=0), axis=1).max(initial=0.0)) / SPEED_STEP
-        if speed > RELEASE_SPEED:
-            detail = f"{speed:.3f} m/s where the command is given, at most {RELEASE_SPEED}"
-            return Reason("released too fast", f"{last.kind}", detail)
     return None
 
 

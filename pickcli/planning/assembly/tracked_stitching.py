@@ -24,15 +24,13 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.grip_load import carried_load
+from pickcli.planning.assembly.pick_plan import pick_plan, why_too_slow
 from pickcli.planning.assembly.proven_timing import BETWEEN
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven, why_not_swept
-from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit, PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.scene.scene import Scene
-from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import RestingRun, delayed
-from pickcli.timing.limit_check import LIMIT_TOLERANCE, measure_limits
 from pickcli.timing.line_tracking import MOST_PACE, TrackedMotion, relative_to_belt, shifted
 from pickcli.timing.plan_parts import PlanPart, joined
 from pickcli.timing.timed_run import TimedRun
@@ -152,10 +150,8 @@ def stitch_tracked(
         return missing
     segments, relative, events = scheduled
     trajectory = timed.tracked.added_to(relative)
-    most = measure_limits(trajectory, context.arm.limits, context.cell.speed_scale)
-    if most.time_scale > 1.0 + LIMIT_TOLERANCE:
-        worst = max(most.velocity, most.acceleration, most.jerk, key=lambda peak: peak.ratio)
-        return Failures.of(Reason("joint too slow", str(taking.motion.grasp), str(worst)))
+    if (too_slow := why_too_slow(context, trajectory, taking.motion.grasp)) is not None:
+        return Failures.of(too_slow)
     proofs = _proofs(meeting, taking, carried, timed)
     unproven = _why_not_free(meeting, taking, proofs, trajectory, segments)
     if unproven is not None:
@@ -163,22 +159,8 @@ def stitch_tracked(
     load = _load(meeting, taking, carried, timed, trajectory, segments)
     if isinstance(load, Failures):
         return load
-    plan = Plan(
-        query=taking.problem.label,
-        cell_fingerprint=context.cell.fingerprint,
-        scene_hash=scene_hash(meeting.scene),
-        seed=taking.problem.seed,
-        segments=segments,
-        trajectory=trajectory,
-        events=events,
-        grasp=load.of(taking.motion.grasp),
-        speed_scale=taking.problem.target.item.speed_scale,
-        arm=context.cell.arm,
-        others=context.cell.others,
-        tracking=meeting.tracking,
-    )
-    too_fast = thrown(context.arm, plan, context.cell.devices)
-    return plan if too_fast is None else Failures.of(too_fast)
+    bound, grasp = (segments, trajectory, events), load.of(taking.motion.grasp)
+    return pick_plan(taking.problem, meeting.scene, bound, grasp, meeting.tracking)
 
 
 @dataclass(frozen=True, eq=False)
