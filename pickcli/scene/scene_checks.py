@@ -88,16 +88,27 @@ def check_id(source: Source, key: Key, item_id: str, cell: Cell) -> None:
         item_id: The id.
         cell: The cell.
     """
+    if (kind := taken_by(item_id, cell)) is not None:
+        source.add(key, f"{item_id!r} is the name of {kind}; give the item another id")
+
+
+def taken_by(item_id: str, cell: Cell) -> str | None:
+    """Tell what else that motions are checked against has the name of an item.
+
+    Args:
+        item_id: Id of the item.
+        cell: The cell.
+
+    Returns:
+        What has that name; None if nothing has.
+    """
     bodies = {body.name for each in cell.carriers.values() for body in each.bodies}
     bodies |= {body.name for body in cell.obstacles.bodies}
     named = {
         "a link of the robot": {link.name for link in cell.robot.links},
         "a part of the cell": bodies | {*cell.carriers, *cell.places},
     }
-    for kind, names in named.items():
-        if item_id in names:
-            source.add(key, f"{item_id!r} is the name of {kind}; give the item another id")
-            return
+    return next((kind for kind, names in named.items() if item_id in names), None)
 
 
 def check_item(source: Source, key: tuple[str | int, ...], item: NamedItem, cell: Cell) -> None:

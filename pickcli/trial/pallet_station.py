@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.device import pump_flow
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
+from pickcli.cell.schemas.items_file import HEAVIEST
 from pickcli.collision.free_flyer import LINE_FOLLOWING_RESERVE
 from pickcli.errors import InputError
 from pickcli.geometry import inverse, pose
@@ -24,6 +26,7 @@ from pickcli.planning.pick_problem import StatedPlace
 from pickcli.planning.pick_settings import DEFAULTS
 from pickcli.planning.stages.floor_placements import HOVER
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene_checks import taken_by
 
 PALLET, INFEED = "pallet", "infeed"  # places of such a cell
 ITEM_NAME = re.compile(r"[a-z0-9_]+")
@@ -63,10 +66,11 @@ class PalletStation:
         _refuse_other_pallet(cell, stack)
         flow = pump_flow(cell.devices.values())
         items = {p.carton.id: carton_item(p.carton).under_pump(flow) for p in stack.placements}
-        faults = [f for p in stack.placements for f in _faults(cell, p.carton, items[p.carton.id])]
-        if faults:
+        of_each = [[*_faults(cell, p.carton, items[p.carton.id])] for p in stack.placements]
+        if n_bad := sum(map(bool, of_each)):
+            faults = "; ".join(chain.from_iterable(of_each))
             raise InputError(
-                f"{cell.name} cannot stack {len(faults)} of {len(items)} cartons: {'; '.join(faults)}; leave "
+                f"{cell.name} cannot stack {n_bad} of {len(items)} cartons: {faults}; leave "
                 "them out of the order"
             )
         known = {(item.name, item.year): item for item in items.values()}
@@ -218,6 +222,10 @@ def _faults(cell: Cell, carton: Carton, item: Item) -> Iterator[str]:
     method, (length, width, height) = grasp_method(tool), carton.size
     if not ITEM_NAME.fullmatch(carton.id):
         yield f"{carton.id} is no name of an item, which has small letters, digits and _"
+    if (kind := taken_by(carton.id, cell)) is not None:
+        yield f"{carton.id} is the name of {kind}"
+    if carton.mass > HEAVIEST:
+        yield f"{carton.id} weighs {carton.mass:g} kg, items weigh up to {HEAVIEST:g} kg"
     if (carton.size > infeed + ROUNDED).any():
         own, room = (" x ".join(f"{side:g}" for side in size) for size in (carton.size, infeed))
         yield f"{carton.id}, {own} m, is larger than the infeed, {room} m"

@@ -21,6 +21,7 @@ from pickcli.files.yaml_reader import read_yaml
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Interval = Annotated[tuple[Number, ...], Len(2, 2)]
 ItemSize = Annotated[float, Field(ge=1e-4, le=2)]  # m: from foil to what a single arm can handle
+HEAVIEST = 20.0  # kg of an item
 MOST_DEFORMED = 0.4  # of the thinnest side of a box, by which a look may be inside of it
 BEYOND = 0.005  # m that an area may be stated beyond its face
 LIGHT, HEAVY = 10.0, 4000.0  # kg/m3: foam, and metal that fills most of its bounding box
@@ -48,7 +49,7 @@ class ItemModel(FileModel):
         None, description="[radius, length] in m"
     )
     sphere: Annotated[tuple[ItemSize, ...], Len(1, 1)] | None = Field(None, description="[radius] in m")
-    mass: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)] = Field(description="a mass in kg")
+    mass: Annotated[float, Field(gt=0, le=HEAVIEST, allow_inf_nan=False)] = Field(description="a mass in kg")
     mass_error: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
         0.1, description="bound of the mass's error as a share of it, 0 to 1"
     )
