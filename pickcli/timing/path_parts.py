@@ -84,11 +84,15 @@ class PathParts:
             (P + 1,) path parameters s, not decreasing.
         """
         s = curve.waypoint_s[self.edges]
-        off = np.abs(curve.corner_s - s[:, None])
-        half = np.where(off.min(axis=1) <= 2 * POINT_TOLERANCE, curve.half_lengths[off.argmin(axis=1)], 0.0)
-        given = np.minimum(half[1:-1], self._most_given)
+        given = np.minimum(self._reaches(curve, s[1:-1]), self._most_given)
         s[1:-1] += np.sign(self.blends[:-1] - self.blends[1:]) * given
         return np.maximum.accumulate(np.clip(s, 0.0, curve.length))
+
+    def _reaches(self, curve: BlendedPath, s: Array) -> Array:
+        """(P - 1,) how far the blends of the wider part, and of its edge, reach over the inner edges at s."""
+        beyond = (curve.corner_s - s[:, None]) * np.sign(self.blends[1:] - self.blends[:-1])[:, None]
+        reach = np.where(beyond >= -2 * POINT_TOLERANCE, curve.half_lengths - beyond, 0.0)
+        return np.asarray(np.maximum(reach.max(axis=1), 0.0))
 
     @cached_property
     def _most_given(self) -> Array:

@@ -172,6 +172,16 @@ def test_a_part_stays_as_near_to_the_polyline_as_it_states(
         assert distance_to_polyline(q, waypoints).max() <= blend_of * (1.0 + 1e-9) + 2 * POINT_TOLERANCE
 
 
+@pytest.mark.parametrize("away", [5e-6, 2e-5])
+def test_a_line_ends_where_any_blend_of_the_coarse_motion_begins(away: float) -> None:
+    """Second and third waypoint are so near that one corner stands for both, past the boundary."""
+    waypoints = np.array([[0.0, 0.0], [1.0, 0.0], [1.0 + away, -away], [1.6, 0.8]])
+    parts = PathParts(waypoints, np.array([0, 1, 3]), np.array([0.002, 0.05]))
+    curve = blend(waypoints, parts.tolerances)
+    line = np.linspace(0.0, parts.boundaries(curve)[1], 400)
+    assert distance_to_polyline(curve.evaluate(line), waypoints).max() <= 0.002 + 2 * POINT_TOLERANCE
+
+
 def test_a_line_ends_where_the_blend_to_a_coarse_motion_begins() -> None:
     waypoints = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])
     parts = PathParts(waypoints, np.array([0, 1, 2, 3]), np.array([0.002, 0.05, 0.002]))
