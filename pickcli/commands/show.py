@@ -164,16 +164,15 @@ def _has_trials(path: Path) -> bool:
 def _pallet_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     """Build the page of a trial of a pallet. Raises StaleError if its files are not of one trial."""
     from pickcli.page.pallet_trial_page import pallet_trial_page
-    from pickcli.palletizing.pallet_stack_file import read_pallet_stack
     from pickcli.trial.motion_record import read_motion, refuse_other_motion
     from pickcli.trial.pallet_folder import STACK
-    from pickcli.trial.pallet_record import read_pallet_record
+    from pickcli.trial.pallet_record import read_pallet_record, read_recorded_stack
     from pickcli.trial.pallet_station import PalletStation
     from pickcli.trial.trial_folder import MOTION
     from pickcli.trial.trial_record import record_digest
 
     record = read_pallet_record(folder / RECORD)
-    stack, motion = read_pallet_stack(folder / STACK), read_motion(folder / MOTION)
+    stack, motion = read_recorded_stack(folder / STACK, record), read_motion(folder / MOTION)
     if motion.record != record_digest(record):
         raise StaleError(
             f"{folder / MOTION}: is the motion of another trial, or {folder / RECORD} was changed since; "

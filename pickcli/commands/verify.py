@@ -66,8 +66,8 @@ def command(
     if plan_path.is_file() and read_kind(plan_path) is STACKED:
         verify_pallet(plan_path, order_path, drop_test, as_json)
         return
-    refuse_options(of_a_stack=False)
     plan = read_plan(plan_path)
+    refuse_options(of_a_stack=False)
     stopped = None if stopped_path is None else read_plan(stopped_path).trajectory
     if stopped is not None and plan.recovery is None:
         raise InputError(f"{plan_path}: is no way back after a stop, as --stopped says; leave that out")

@@ -213,7 +213,19 @@ def write_stacked_pallet(path: Path, stack: StackedPallet, replace: bool = True)
     Raises:
         InputError: The file cannot be written, or exists.
     """
-    write_text(path, json.dumps(stack_to_dict(stack), indent=1) + "\n", replace)
+    write_text(path, stack_text(stack), replace)
+
+
+def stack_text(stack: StackedPallet) -> str:
+    """Return the text of a file.
+
+    Args:
+        stack: The stack.
+
+    Returns:
+        JSON.
+    """
+    return json.dumps(stack_to_dict(stack), indent=1) + "\n"
 
 
 def stack_to_dict(stack: StackedPallet) -> dict[str, Any]:
@@ -250,7 +262,7 @@ def _placement(placement: Placement, load: float) -> dict[str, Any]:
         "yaw_deg": 90 if placement.is_turned else 0,
         "rests_on": list(placement.rests_on),
         "borne_within": [_rounded(corner) for corner in placement.bears_within],
-        "load": round(load, 3),
+        "load": round(float(load), 3),
         "comes_down_from": round(placement.from_above + float(placement.size[2]) / 2, DECIMALS),
     }
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.palletizing.pallet_order import CLEARANCE, CONTAINERS, Carton, Pallet, PalletOrder
+from pickcli.palletizing.pallet_order import CLEARANCE, CONTAINERS, ROUNDED, Carton, Pallet, PalletOrder
 from pickcli.seeds import derived_rng
 
 DENSITIES = (60.0, 450.0)  # kg/m3
@@ -60,10 +60,11 @@ def random_pallet_order(
     """
     rng = derived_rng(seed, "pallet order")
     cartons: list[Carton] = []
-    sides, heights = (sizes.shortest, sizes.longest), (sizes.lowest, sizes.highest)
+    highest = min(sizes.highest, np.floor(100 * (pallet.height - pallet.deck) + ROUNDED) / 100)
+    sides, heights = (sizes.shortest, sizes.longest), (sizes.lowest, highest)
     while len(cartons) < n_cartons:
         length, width = sorted((round(_drawn(rng, sides), 2) for _ in range(2)), reverse=True)
-        height = round(_drawn(rng, heights), 2)
+        height = min(round(_drawn(rng, heights), 2), highest)
         density = _drawn(rng, DENSITIES)
         mass = round(float(np.clip(length * width * height * density, LIGHTEST, sizes.heaviest)), 1)
         for _ in range(min(1 + rng.poisson(PER_KIND - 1.0), n_cartons - len(cartons))):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +10,13 @@ from pickcli.errors import InputError, StaleError
 from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import TRIAL
 from pickcli.files.json_reader import parse_json
+from pickcli.palletizing.pallet_stack_file import StackedPallet, read_pallet_stack, stack_text
 from pickcli.trial.pallet_station import PalletStation
 from pickcli.trial.pallet_trial import PalletTrialRequest, PlayedPallet
 from pickcli.trial.trial_record import MAX_BYTES, package_versions
 
 FORMAT = "apc-pallet-trial"
-VERSION = 1
+VERSION = 2
 COUNTS = "ordered", "placed", "collisions", "limit_violations", "stops"
 KEYS = frozenset((*COUNTS, "score", "collapsed", "boxes_per_hour", "aside_m", "cartons", "left"))
 
@@ -44,6 +46,7 @@ def pallet_record(
             "version": VERSION,
             "pallet": name,
             "pallet_sha256": sha256,
+            "stack_sha256": _digest(stack_text(request.stack)),
             "seed": request.seed,
             "cell": cell.name,
             "cell_fingerprint": cell.scene_fingerprint,
@@ -91,6 +94,30 @@ def read_pallet_record(path: Path) -> dict[str, Any]:
     if lacking:
         raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
     return record
+
+
+def read_recorded_stack(path: Path, record: dict[str, Any]) -> StackedPallet:
+    """Read the stack that a trial played.
+
+    Args:
+        path: File of the stack.
+        record: Record of the trial.
+
+    Returns:
+        The stack.
+
+    Raises:
+        InputError: The file cannot be read, or has mistakes.
+        StaleError: It is another stack than the one of the record.
+    """
+    stack = read_pallet_stack(path)
+    if _digest(stack_text(stack)) != record["made_from"].get("stack_sha256"):
+        raise StaleError(f"{path}: is not the stack that the record was made from; play the trial again")
+    return stack
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _parsed(path: Path) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from pickcli.palletizing.pallet_stack import PalletStack, loads_on
 from pickcli.palletizing.pallet_stack_file import (
     StackedPallet,
     read_pallet_stack,
+    stack_text,
     stack_to_dict,
     write_pallet_stack,
 )
@@ -54,6 +55,7 @@ def test_a_stack_is_read_as_it_was_written(stack: PalletStack, path: Path) -> No
     )
     assert (found.pallet, found.clearance) == (stack.order.pallet, stack.order.clearance)
     assert (found.sinking, found.shift, found.left) == (0.0004, 0.0012, {})
+    assert stack_text(found) == path.read_text()
 
 
 def test_what_was_left_comes_with_its_reasons(tmp_path: Path) -> None:

@@ -41,6 +41,15 @@ def test_an_order_is_drawn_stacked_and_told(tmp_path: Path) -> None:
     assert answer.code == online["exit_code"] == (5 if online["left"] else 0)
 
 
+@pytest.mark.parametrize("container", ["eur_pallet", "half_pallet", "roll_container"])
+def test_no_carton_is_drawn_higher_than_what_may_stand_there(container: str, tmp_path: Path) -> None:
+    path = tmp_path / "low.json"
+    run = apc("make-pallet-order", "--container", container, "--height", 0.42, "--cartons", 40, "-o", path)
+    order = read_pallet_order(path)
+    assert run.code == 0 and len({carton.size[2] for carton in order.cartons}) > 1
+    assert max(carton.size[2] for carton in order.cartons) <= order.pallet.height - order.pallet.deck + 1e-9
+
+
 def test_an_order_is_read_as_it_was_written(tmp_path: Path) -> None:
     order = random_pallet_order(20, 5)
     write_pallet_order(tmp_path / "p.json", order)

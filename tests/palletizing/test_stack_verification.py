@@ -210,3 +210,5 @@ def test_apc_verify_tells_its_verdict(bridge: Values, tmp_path: Path) -> None:
     refused(apc("verify", path), 4, "meets another on its way down")
     misused(apc("verify", path, "--write"), "--write applies only to a plan")
     refused(apc("verify", order), 3, "is an order of a pallet")
+    refused(apc("verify", order, "--order", order), 3, "is an order of a pallet")
+    refused(apc("verify", tmp_path / "none.json", "--drop-test"), 3, "none.json")

@@ -150,6 +150,15 @@ def test_its_page_shows_each_carton_wait_come_and_stand(played: PlayedPallet, tm
     refused(apc("show", tmp_path, "-o", tmp_path / "q.html"), 3, "cartons missing")
 
 
+def test_a_stack_that_was_changed_since_is_not_shown(played: PlayedPallet, tmp_path: Path) -> None:
+    record = pallet_record(PalletTrialRequest(stack_of(*CARTONS)), station(), played, "o.json", "0")
+    write_pallet_folder(tmp_path, stack_of(*CARTONS), station(), played, record)
+    stack = json.loads((tmp_path / "stack.json").read_text())
+    stack["placements"][0]["bears"] += 1.0
+    (tmp_path / "stack.json").write_text(json.dumps(stack))
+    refused(apc("show", tmp_path, "-o", tmp_path / "p.html"), 4, "is not the stack that the record was made")
+
+
 @pytest.mark.slow
 def test_an_order_is_stacked_its_plans_verify_and_its_bytes_are_those_of_the_seed(tmp_path: Path) -> None:
     order = tmp_path / "order.yaml"
