@@ -50,7 +50,7 @@ COMMANDS: dict[str, str] = {
     "plan-pallet": "Plan where each carton of an order stands on its pallet, and in which sequence.",
     "plan-drive": "Plan how a truck drives from its start to its goal, past everything.",
     "plan-move": "Plan a move between two configurations.",
-    "verify": "Check a plan, or a stacked pallet, with the independent verifier.",
+    "verify": "Check a plan, a stacked pallet or a drive with the independent verifier.",
     "execute": "Execute a plan in pybullet or with another driver, or plan and execute queries.",
     "check-driver": "Execute a plan by a driver, and check that the driver keeps to the protocol.",
     "export": "Write a verified plan for a robot or for other tools.",

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.core import ParameterSource
 
 from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
@@ -15,27 +14,6 @@ from pickcli.errors import Reason, RejectedError
 if TYPE_CHECKING:
     from pickcli.palletizing.drop_test import DropTest
     from pickcli.palletizing.stack_verification import StackVerdict
-
-OF_STACKS = frozenset({"plan_path", "order_path", "drop_test", "as_json"})
-
-
-def refuse_options(of_a_stack: bool) -> None:
-    """Refuse options of ``apc verify`` that are for another kind of file than the one that is named.
-
-    Args:
-        of_a_stack: Whether the file is a stack on a pallet, not a plan.
-
-    Raises:
-        UsageError: There is such an option.
-    """
-    ctx = click.get_current_context()
-    others = OF_STACKS - {"plan_path", "as_json"}
-    for parameter in ctx.command.params:
-        name = str(parameter.name)
-        is_given = ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE
-        if is_given and (name not in OF_STACKS if of_a_stack else name in others):
-            kind = "a plan" if of_a_stack else "a stacked pallet"
-            raise click.UsageError(f"{parameter.opts[0]} applies only to {kind}; leave it out")
 
 
 def verify_pallet(path: Path, order_path: Path | None, drops: bool, as_json: bool) -> None:
@@ -56,7 +34,6 @@ def verify_pallet(path: Path, order_path: Path | None, drops: bool, as_json: boo
     from pickcli.palletizing.pallet_stack_file import read_pallet_stack
     from pickcli.palletizing.stack_verification import verify_stack
 
-    refuse_options(of_a_stack=True)
     order = None if order_path is None else read_pallet_order(order_path)
     stack = read_pallet_stack(path)
     with stage("verification"):

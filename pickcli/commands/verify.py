@@ -1,4 +1,4 @@
-"""``apc verify``: independent verification of a plan."""
+"""``apc verify``: independent verification of a plan of an arm, a stack on a pallet, or a drive."""
 
 from __future__ import annotations
 
@@ -7,18 +7,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
+from pickcli.commands.drive_verification import verify_driven
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
-from pickcli.commands.pallet_verification import refuse_options, verify_pallet
+from pickcli.commands.pallet_verification import verify_pallet
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
 from pickcli.commands.stream_options import StreamOptions, stream_options
+from pickcli.files.file_kind import DRIVE, PLAN, STACKED, FileKind
 
 if TYPE_CHECKING:
     from pickcli.verification.verdict import Verdict
+
+OF_ALL = frozenset({"plan_path", "as_json"})
+OF_KINDS = {STACKED: frozenset({"order_path", "drop_test"}), DRIVE: frozenset({"area_path"})}
 
 
 @click.command("verify", cls=Command)
@@ -32,21 +38,24 @@ if TYPE_CHECKING:
               help="For a stacked pallet, the order that it must be a stack of.")  # fmt: skip
 @click.option("--drop-test", is_flag=True,
               help="Put a stacked pallet up in the physics engine, too.")  # fmt: skip
+@click.option("--area", "area_path", type=PATH, metavar="AREA",
+              help="For a drive, the driving area that it was planned for.")  # fmt: skip
 @click.option("--write", is_flag=True, help="Write the certificate into the plan's file.")
 @json_option
 def command(
     plan_path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
     stopped_path: Path | None, standing: tuple[str, ...], order_path: Path | None, drop_test: bool,
-    write: bool, as_json: bool, request: StreamOptions,
+    area_path: Path | None, write: bool, as_json: bool, request: StreamOptions,
 ) -> None:  # fmt: skip
-    """Check a plan, or a stacked pallet, with the independent verifier.
+    """Check a plan, a stacked pallet or a drive with the independent verifier.
 
     The verifier uses exact shapes, its own kinematics and proven bounds, in the scene that the plan was made
     for; name only --cell if it was made without one. Of a plan for a running conveyor, name the stream and
     the time at which it starts.
 
     Of a stacked pallet it checks room, ways down, balance at any time and loads; name its order to compare
-    with that, too.
+    with that, too. Of a drive it checks the distance from everything all along, the end, and the truck's
+    limits; name its area.
 
     Exit code 0 when it may be executed, 4 when it is rejected, damaged or made for another scene.
 
@@ -56,18 +65,24 @@ def command(
       apc verify move.json --cell my_robot
       apc verify plan.json --stream stream.json --now 1.5
       apc verify stack.json --order pallet.json --drop-test
+      apc verify drive.json --area hall.yaml
     """
     from pickcli.errors import InputError, RejectedError, StaleError
     from pickcli.files.bounded_reading import read_kind
-    from pickcli.files.file_kind import STACKED
     from pickcli.motion.plan_file import read_plan, write_plan
     from pickcli.verification.verify import verify
 
-    if plan_path.is_file() and read_kind(plan_path) is STACKED:
+    kind = read_kind(plan_path) if plan_path.is_file() else None
+    if kind is STACKED:
+        _refuse_options_of_others(STACKED)
         verify_pallet(plan_path, order_path, drop_test, as_json)
         return
+    if kind is DRIVE:
+        _refuse_options_of_others(DRIVE)
+        verify_driven(plan_path, area_path, as_json)
+        return
     plan = read_plan(plan_path)
-    refuse_options(of_a_stack=False)
+    _refuse_options_of_others(PLAN)
     stopped = None if stopped_path is None else read_plan(stopped_path).trajectory
     if stopped is not None and plan.recovery is None:
         raise InputError(f"{plan_path}: is no way back after a stop, as --stopped says; leave that out")
@@ -92,6 +107,18 @@ def command(
         click.echo(_text(verdict))
     if verdict.certificate is None:
         raise RejectedError(str(plan_path), verdict.reasons)
+
+
+def _refuse_options_of_others(kind: FileKind) -> None:
+    """Refuse options for another kind of file than the one that is named. Raises UsageError."""
+    ctx = click.get_current_context()
+    for parameter in ctx.command.params:
+        name = str(parameter.name)
+        if name in OF_ALL or ctx.get_parameter_source(name) is not ParameterSource.COMMANDLINE:
+            continue
+        owner = next((each for each, names in OF_KINDS.items() if name in names), PLAN)
+        if owner is not kind:
+            raise click.UsageError(f"{parameter.opts[0]} applies only to {owner.name}; leave it out")
 
 
 def _summary(verdict: Verdict, path: Path, write: bool) -> dict[str, Any]:

@@ -51,6 +51,22 @@ class SpeedProfile:
         change = (self.speeds[k + 1] - self.speeds[k]) / whole
         return self.travel[k] + self.speeds[k] * since + change * since**2 / 2
 
+    def times_at(self, travel: Array) -> Array:
+        """Return when the truck is where: the inverse of ``travel_at``.
+
+        Args:
+            travel: (M,) m.
+
+        Returns:
+            (M,) s.
+        """
+        k = np.clip(np.searchsorted(self.travel, travel, side="right") - 1, 0, len(self.travel) - 2)
+        since, squares = travel - self.travel[k], self.speeds**2
+        square = squares[k] + (squares[k + 1] - squares[k]) * since / (self.travel[k + 1] - self.travel[k])
+        speed = self.speeds[k] + np.sqrt(np.maximum(square, 0.0))
+        part: Array = np.divide(since, speed, out=np.zeros_like(since), where=speed > 0.0)
+        return self.times[k] + 2 * part
+
     def speeds_at(self, times: Array) -> Array:
         """Return speeds at times.
 
