@@ -16,6 +16,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
 from pickcli.planning.stages.shift_corridor import shift_corridor
+from pickcli.planning.stages.stated_placement import pick_from_stated_place
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
@@ -76,8 +77,15 @@ def plan_pick(
 
 
 def _problem(context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
-    """Return the problem of a query, of a shift with its way; raise NoPlanError if a shift has none."""
+    """Return the problem of a query, of a shift with its way.
+
+    Raises NoPlanError if a shift has none, or an item cannot stand where that is stated.
+    """
     problem = PickProblem.of(context, scene, query, seed)
+    if problem.at is not None and isinstance(
+        against := pick_from_stated_place(problem, problem.at), Failures
+    ):
+        raise NoPlanError(problem.label, against)
     if query.by is None:
         is_from_rim = context.settings.drop_from is DropPlace.RIM and query.into != query.out_of
         return replace(problem, over_rim=is_from_rim)

@@ -68,8 +68,11 @@ def _against(problem: PickProblem, at: StatedPlace, T: Array, level: list[Placed
         yield Reason("the stated place is over the edge", place.name, f"by {1e3 * beyond:.1f} mm")
     own = _box(problem.target, T)
     is_borne = any(_gap(_box(other, other.T_world_item), own) < 0.0 for other in level)
-    if not is_borne and low[2] - float(room.floor_at(T_place_item[0, 3])) > LEVEL:
-        yield Reason("nothing is below the stated place", place.name, f"{problem.target.id} at {at}")
+    floor = float(room.floor_at(T_place_item[0, 3]))
+    if not is_borne and low[2] - floor > LEVEL:
+        z = 1e3 * (T_place_item[2, 3] - low[2] + floor)
+        detail = f"{problem.target.id} at {at} stands on no item; on the floor its z would be {z:.1f} mm"
+        yield Reason("nothing is below the stated place", place.name, detail)
 
 
 def _others(problem: PickProblem) -> Iterator[PlacedItem]:
