@@ -71,9 +71,14 @@ def plan_pick(
         if not isinstance(certified, Failures):
             return certified
         failures, n_rejected = failures + certified, n_rejected + 1
-        if n_rejected == MOST_REJECTED:
+        if n_rejected == MOST_REJECTED or _is_needed_by_others(problem, certified):
             break
     raise NoPlanError(problem.label, failures)
+
+
+def _is_needed_by_others(problem: PickProblem, rejected: Failures) -> bool:
+    """Whether a plan was rejected for what rests or leans on the target, which no other grasp changes."""
+    return any(reason.where == problem.target.id and reason.in_the_way for reason in rejected.reasons)
 
 
 def _problem(context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:

@@ -71,6 +71,21 @@ def test_what_is_rejected_gives_way_to_the_next_grasp_and_its_reason_is_kept(
     assert told == [str(k + 1) for k in range(len(proposed))] and 2 <= len(proposed) <= pick.MOST_REJECTED
 
 
+def test_no_other_grasp_is_tried_for_an_item_that_others_need(
+    context: PlanningContext, scene_with: SceneWith, home: Start
+) -> None:
+    scene, query = scene_with(("crayola_24_ct", "bin_A", 0.25, 0.0)), PickQuery("bin_A", "crayola_24_ct")
+    proposed: list[Plan] = []
+
+    def certify(plan: Plan) -> Plan | Failures:
+        proposed.append(plan)
+        return Failures.of(Reason("takes away what others need", "crayola_24_ct", "it would fall", "book"))
+
+    with pytest.raises(NoPlanError, match="takes away what others need"):
+        plan_pick(context, scene, query, home, 3, certify=certify)
+    assert len(proposed) == 1
+
+
 def test_what_the_searches_found_is_handed_to_the_recorder(
     context: PlanningContext, scene_with: SceneWith, monkeypatch: pytest.MonkeyPatch
 ) -> None:
