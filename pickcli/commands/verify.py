@@ -11,7 +11,7 @@ from click.core import ParameterSource
 
 from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.drive_verification import verify_driven
+from pickcli.commands.driven_verification import verify_driven
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option

@@ -82,7 +82,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "explain-stow": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "verify": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "stopped_path": PLAN,
-        "stream_path": STREAM, "order_path": PALLET,
+        "stream_path": STREAM, "order_path": PALLET, "area_path": DRIVING_AREA,
     },
     "execute": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "planned_in": SCENE,
@@ -127,7 +127,7 @@ ALSO_READ = {  # besides what the table names
     ("show", "path", STACKED), ("inspect", "path", STACKED), ("inspect", "path", PALLET),
     ("run-trial", "order_path", STREAM), ("run-trial", "order_path", PALLET),
     ("run-trial", "order_path", STACKED), ("locate-pod", "recorded", RECORDING),
-    ("verify", "plan_path", STACKED),
+    ("verify", "plan_path", STACKED), ("verify", "plan_path", DRIVE),
 }  # fmt: skip
 UNREAD = ("check", "cell_name")  # but where a file is damaged
 CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS, PERCEIVED)  # by apc check
@@ -193,6 +193,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     right |= {"now": 5, "bin_name": None} if name == "stream_path" else {}
     if (command, name) == ("verify", "order_path"):  # of a stacked pallet, which stands in no scene
         right["plan_path"], needed = files[STACKED], needed - {"scene_path"}
+    if (command, name) == ("verify", "area_path"):  # of a drive, which stands in no scene either
+        right["plan_path"], needed = files[DRIVE], needed - {"scene_path"}
     if command == "roll-out":
         right |= {"item_name": ITEM, "output": out.with_suffix(".csv")}
     if command in ("show-envelope", "show-grasps"):

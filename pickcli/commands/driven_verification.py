@@ -36,7 +36,7 @@ def verify_driven(path: Path, area_path: Path | None, as_json: bool) -> None:
 
     if area_path is None:
         raise click.UsageError(f"{path} is a plan of a drive: name its driving area with --area")
-    drive, area = read_drive(path), read_driving_area(area_path)
+    area, drive = read_driving_area(area_path), read_drive(path)
     with stage("verification"):
         verdict = verify_drive(drive, area)
     if as_json:
