@@ -1,0 +1,161 @@
+"""Protective fields: what the truck sweeps until it rests, with supplements, as ranges of the scanner's beams.
+
+As with real scanners, a field is one range for each beam: whatever is nearer along the beam is in it. It
+holds all that the truck's outline, widened at the side and in front, sweeps on its stopping distance, at the
+steering angle that it has and at some more and less; as far as beams get there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.driving.steering_path import SteeringPath
+from pickcli.driving.tricycle import Tricycle
+from pickcli.geometry import Array
+from pickcli.watching.laser_scanner import LaserScanner
+from pickcli.watching.stopping_distance import stopping_distance
+
+SWEEP_STEP = 0.05  # m of travel between two outlines
+SPEED_STEP = 0.1  # m/s between two fields
+STEERING_STEP = 0.1  # rad between two fields; each is for as much more and less, too
+
+
+@dataclass(frozen=True)
+class FieldFigures:
+    """How fields are cut, and how the truck brakes.
+
+    Attributes:
+        reaction: s from a request until the truck brakes.
+        hold: s that everything is clear before it goes on.
+        start_speed: m/s, for which the field is to be clear before it goes on.
+        ahead: m in front of the stopping distance, for errors of the scanner.
+        side: m beside the truck, likewise.
+        known: m around walls and boxes that the area lists, in which nothing brakes the truck.
+        approach: m/s at which a person may come nearer.
+        body: m, radius of a person seen from above.
+    """
+
+    reaction: float
+    hold: float
+    start_speed: float
+    ahead: float
+    side: float
+    known: float
+    approach: float
+    body: float
+
+
+@dataclass(frozen=True, eq=False)
+class ProtectiveField:
+    """One field.
+
+    Attributes:
+        speed: m/s of the steered wheel, for which it is.
+        steering: rad, for which it is.
+        stopping: m of travel of the steered wheel to the rest.
+        angles: (B,) rad of the beams to the truck's x.
+        reach: (B,) m along each beam.
+        forward: m of the scanner before the axle.
+    """
+
+    speed: float
+    steering: float
+    stopping: float
+    angles: Array
+    reach: Array
+    forward: float
+
+    @property
+    def outline(self) -> Array:
+        """(B + 1, 2) m: its corners in the frame of the truck, the scanner the last."""
+        ends = np.column_stack([np.cos(self.angles), np.sin(self.angles)]) * self.reach[:, None]
+        return np.vstack([ends, np.zeros(2)]) + [self.forward, 0.0]
+
+    def holds(self, places: Array) -> NDArray[np.bool_]:
+        """Return which points are in the field.
+
+        Args:
+            places: (N, 2) m in the frame of the truck.
+
+        Returns:
+            (N,), by the nearest beam; never those that no beam gets to.
+        """
+        off = places - [self.forward, 0.0]
+        angles = np.arctan2(off[:, 1], off[:, 0])
+        step = self.angles[1] - self.angles[0]
+        beam = np.rint((angles - self.angles[0]) / step).astype(np.intp)
+        is_covered = (beam >= 0) & (beam < len(self.angles))
+        reach = self.reach[np.clip(beam, 0, len(self.angles) - 1)]
+        within: NDArray[np.bool_] = is_covered & (np.hypot(off[:, 0], off[:, 1]) < reach)
+        return within
+
+
+class FieldSet:
+    """Fields for all speeds and steering angles of a truck, made when they are first needed.
+
+    Args:
+        truck: The truck.
+        scanner: The scanner.
+        figures: Supplements and brake.
+    """
+
+    def __init__(self, truck: Tricycle, scanner: LaserScanner, figures: FieldFigures) -> None:
+        self.truck, self.scanner, self.figures = truck, scanner, figures
+        self.delay = scanner.longest_response + figures.reaction
+        self._made: dict[tuple[int, int], ProtectiveField] = {}
+
+    def field_for(self, speed: float, steering: float) -> ProtectiveField:
+        """Return the field for a speed and a steering angle.
+
+        Args:
+            speed: m/s of the steered wheel, forwards.
+            steering: rad.
+
+        Returns:
+            That of the next higher speed and the nearest steering angle that there is a field for.
+        """
+        key = ceil(speed / SPEED_STEP - 1e-9), round(steering / STEERING_STEP)
+        if key not in self._made:
+            self._made[key] = self._cut(key[0] * SPEED_STEP, key[1] * STEERING_STEP)
+        return self._made[key]
+
+    def _cut(self, speed: float, steering: float) -> ProtectiveField:
+        stopping = stopping_distance(speed, self.delay, self.truck.acceleration)
+        most = self.truck.steering
+        reach = np.zeros(len(self.scanner.angles))
+        for angle in (steering - STEERING_STEP, steering, steering + STEERING_STEP):
+            swept = self._swept(stopping, float(np.clip(angle, -most, most)))
+            np.maximum(reach, swept, out=reach)
+        reach = np.minimum(reach, self.scanner.farthest)
+        return ProtectiveField(
+            speed, steering, stopping, self.scanner.angles, reach, self.scanner.forward
+        )
+
+    def _swept(self, stopping: float, steering: float) -> Array:
+        """(B,) m along beams to the last point that the widened outline sweeps."""
+        poses = np.zeros((1, 3))
+        if stopping > 0:
+            path = SteeringPath(self.truck, np.zeros(3), np.array([stopping]), np.full(2, steering))
+            poses = path.poses_at(np.linspace(0.0, stopping, ceil(stopping / SWEEP_STEP) + 1))
+        return _last_inside(self.scanner, poses, self.truck, self.figures)
+
+
+def _last_inside(scanner: LaserScanner, poses: Array, truck: Tricycle, figures: FieldFigures) -> Array:
+    """(B,) m along beams to where the last of the widened outlines at (K, 3) poses ends, by slabs."""
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    R = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)  # of the poses to the frame of the truck
+    origin = np.einsum("kji,kj->ki", R, [scanner.forward, 0.0] - poses[:, :2])
+    beams = np.einsum("kji,bj->kbi", R, scanner.directions)
+    half = truck.width / 2 + figures.side
+    low, high = np.array([-truck.back, -half]), np.array([truck.front + figures.ahead, half])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a = (low - origin)[:, None] / beams
+        b = (high - origin)[:, None] / beams
+    near = np.nan_to_num(np.minimum(a, b), nan=-np.inf).max(axis=-1)
+    far = np.nan_to_num(np.maximum(a, b), nan=np.inf, posinf=np.inf).min(axis=-1)
+    last: Array = np.where((far >= np.maximum(near, 0.0)), far, 0.0).max(axis=0)
+    return last
