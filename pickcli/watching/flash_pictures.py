@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 from pickcli.watching.nir_pair import NirPair
-from pickcli.watching.retroreflection import STRIPE, retroreflection, stripe_cover
+from pickcli.watching.retroreflection import TORSO, TORSO_ENDS, STRIPE, retroreflection, stripe_cover
 from pickcli.watching.scene_solids import (
     METAL,
     RETRO,
+    STANDARD,
     VEST,
     SceneSolids,
     standing_solids,
     walker_solids,
 )
-from pickcli.watching.retroreflection import TORSO_ENDS
-from pickcli.watching.watched_scene import WatchedScene
+from pickcli.watching.watched_scene import WatchedScene, Walker
 
 GrayPicture: TypeAlias = NDArray[np.float32]
 GLINT = np.radians(4.0)  # of the angle of incidence within which polished metal shows the flash itself
@@ -97,6 +97,55 @@ class FlashRenderer:
             pose = pose_at(at)
             taken += [self._picture(solids, pose, is_right, has_flash, rng) for is_right in (False, True)]
         return FlashPictures(time, *taken)
+
+    def visible_shares(self, time: float, pose: Array) -> Array:
+        """Return how much of each person's vest both cameras see: the truth that detections are judged by.
+
+        Args:
+            time: s.
+            pose: (3,) m, m, rad: true pose of the truck.
+
+        Returns:
+            (number of walkers,) least share of both cameras of the pixels of the vest's body that nothing
+            else hides; 0 for those without a vest, and where the vest is not in range and whole in both
+            pictures.
+        """
+        walkers = self.scene.walkers
+        shares = np.zeros(len(walkers))
+        solids = self._standing.then(walker_solids(walkers, time))
+        bodies = np.flatnonzero(solids.surfaces == VEST)
+        views = [self._index(solids, pose, is_right) for is_right in (False, True)]
+        dressed = [k for k, walker in enumerate(walkers) if walker.has_vest]
+        for k, body in zip(dressed, bodies.tolist(), strict=True):
+            if not self._is_framed(walkers[k], time, pose):
+                continue
+            alone = walker_solids((walkers[k],), time)
+            own = int(np.flatnonzero(alone.surfaces == VEST)[0])
+            shares[k] = min(
+                np.count_nonzero(view == body)
+                / max(1, np.count_nonzero(self._index(alone, pose, is_right) == own))
+                for is_right, view in zip((False, True), views, strict=True)
+            )
+        return shares
+
+    def _index(self, solids: SceneSolids, pose: Array, is_right: bool) -> NDArray[np.int32]:
+        """(height, width) indices of the solids that a camera sees."""
+        camera, T = self.pair.camera, _on_floor(pose) @ self.pair.T_truck_camera(is_right)
+        return solids.kernel.cast_rays(camera.intrinsics, camera.size, T)[1]
+
+    def _is_framed(self, walker: Walker, time: float, pose: Array) -> bool:
+        """Whether a vest is in range and whole in both pictures."""
+        scale, (x, y) = walker.height / STANDARD, (walker.place(time) - pose[:2]).tolist()
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        ahead, beside = c * x + s * y, c * y - s * x
+        if not self.pair.nearest <= ahead - self.pair.forward <= self.pair.farthest:
+            return False
+        ends = np.array([
+            (ahead - TORSO, beside + side * TORSO, scale * end) for side in (-1, 1) for end in TORSO_ENDS
+        ])  # fmt: skip
+        seen = np.concatenate([self.pair.projected(ends, is_right) for is_right in (False, True)])
+        last = np.array([self.pair.width, self.pair.height]) - 1
+        return bool((seen >= 0).all() and (seen <= last).all())
 
     def _picture(
         self, solids: SceneSolids, pose: Array, is_right: bool, has_flash: bool, rng: np.random.Generator
