@@ -35,8 +35,8 @@ class FieldFigures:
         ahead: m in front of the stopping distance, for errors of the scanner.
         side: m beside the truck, likewise.
         known: m around walls and boxes that the area lists, in which nothing brakes the truck.
-        approach: m/s at which a person may come nearer.
         body: m, radius of a person seen from above.
+        clearance: m that the truck is to keep from people in vests, beside the error of where they are.
     """
 
     reaction: float
@@ -45,8 +45,8 @@ class FieldFigures:
     ahead: float
     side: float
     known: float
-    approach: float
     body: float
+    clearance: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,17 +23,16 @@ from pickcli.watching.retroreflection import BAND_HEIGHTS
 
 LEAST_RISE = 7.0  # counts over the picture without flash, at least
 SIGMAS = 6.0  # standard deviations of that difference, at least
-SHARE_OF_PEAK, AROUND = 0.15, 31  # of the brightest difference within px around, at least
+SHARE_OF_PEAK, AROUND = 0.1, 25  # of the brightest difference within px around, at least
 LEAST_PIXELS = 3  # of a blob
 MOST_BLOBS = 120  # of a picture, the brightest
-ROW_TOLERANCE = 1.5  # px between rows of a match
-SIZE_RATIO = 2.2  # between extents of a match, at most, beside a pixel
+SIZE_RATIO = 2.2  # between widths of a match, at most, beside a pixel
 ASIDE = (0.12, 0.32)  # m beside a blob, in which others may be of the same vest: tried one after the other
 UPRIGHT = 0.5  # m above and below it, likewise
-SEARCHED, SEARCHED_SHARE = 3, 0.08  # px either way, and of the disparity, in which that of a window is looked for
+SEARCHED, SEARCHED_SHARE = 3, 0.12  # px either way, and of the disparity, in which that of a window is looked for
 LEAST_MATCH = 0.75  # normalised cross-correlation of both pictures, at least
 UNIQUE, ELSEWHERE = 0.02, 0.2  # of another match as good, of a depth that differs by this share
-WIDTH, HEIGHT = (0.09, 0.6), (0.24, 0.75)  # m, extents of a vest's stripes
+WIDTH, HEIGHT = (0.1, 0.6), (0.24, 0.9)  # m, extents of a vest's stripes; from near by they look higher
 CENTRE = (0.75, 1.7)  # m above the floor of the middle of a vest
 SCALES = (0.88, 0.96, 1.04, 1.12)  # of the distance of both bands, tried
 LEAST_BANDS = 0.2  # of how much darker it is between both bands than on them
@@ -104,7 +103,16 @@ class _Candidate:
 
     @property
     def quality(self) -> float:
+        """What is compared: how well both pictures match, and a little how clear the bands are."""
         return self.vest.match + 0.1 * self.vest.bands
+
+    def shares_left(self, other: _Candidate) -> bool:
+        """Whether both have pixels of the left picture in common."""
+        return self.window.overlaps(other.window)
+
+    def shares_right(self, other: _Candidate) -> bool:
+        """Whether both have pixels of the right picture in common."""
+        return self.window.overlaps(other.window, round(self.disparity) - round(other.disparity))
 
 
 def find_vests(pair: NirPair, pictures: FlashPictures) -> list[Vest]:
@@ -156,11 +164,12 @@ def _hypotheses(pair: NirPair, left: _Blobs, right: _Blobs) -> Iterator[tuple[_W
     """Windows of the left picture with a disparity, from blobs that may correspond."""
     f = pair.camera.fx
     off = left.middles[:, None] - right.middles[None]
-    sizes, others = left.extents[:, None], right.extents[None]
+    widths, others = left.extents[:, None, 0], right.extents[None, :, 0]
     least, most = (f * pair.baseline / depth for depth in (FAR * pair.farthest, pair.nearest / FAR))
     is_possible = (off[..., 0] > least) & (off[..., 0] < most)
-    is_possible &= np.abs(off[..., 1]) <= ROW_TOLERANCE + 0.04 * sizes[..., 1]
-    is_possible &= (np.abs(np.log((sizes + 1) / (others + 1))) < np.log(SIZE_RATIO)).all(axis=-1)
+    is_possible &= left.boxes[:, None, 0] < right.boxes[None, :, 1]  # rows in common
+    is_possible &= right.boxes[None, :, 0] < left.boxes[:, None, 1]
+    is_possible &= np.abs(np.log((widths + 1) / (others + 1))) < np.log(SIZE_RATIO)
     for i, j in np.argwhere(is_possible).tolist():
         disparity = float(off[i, j, 0])
         per_metre = disparity / pair.baseline
@@ -205,10 +214,10 @@ def _candidate(
 
 
 def _has_extent(window: _Window, per_metre: float) -> bool:
-    """Whether a window is as wide and high as a vest, with px a metre; blur and sampling take 1.5 px."""
+    """Whether a window is as wide and high as a vest, with px a metre; blur and sampling take a pixel."""
     sides = (window.right - window.left - 1, window.bottom - window.top - 1)
     return all(
-        low * per_metre - 1.5 <= side <= high * per_metre + 1.5
+        low * per_metre - 1 <= side <= high * per_metre + 1.5
         for side, (low, high) in zip(sides, (WIDTH, HEIGHT), strict=True)
     )
 
@@ -260,22 +269,20 @@ def _bands(window: GrayPicture, per_metre: float) -> float:
 
 
 def _unique(candidates: list[_Candidate]) -> list[Vest]:
-    """The best candidates that share no pixels, without those that fit elsewhere as well."""
-    vests, taken = [], []
+    """The best candidates that share no pixels of either picture, without those that fit elsewhere as well."""
+    taken: list[_Candidate] = []
     for each in sorted(candidates, key=lambda one: -one.quality):
-        shift = round(each.disparity)
-        if any(
-            each.window.overlaps(other.window) or each.window.overlaps(other.window, shift - round(other.disparity))
-            for other in taken
-        ):
-            continue
-        taken.append(each)
-        rivals = (
-            other for other in candidates
-            if other.window.overlaps(each.window)
-            and abs(other.disparity / each.disparity - 1) > ELSEWHERE
-            and other.quality > each.quality - UNIQUE
-        )  # fmt: skip
-        if next(rivals, None) is None:
-            vests.append(each.vest)
-    return vests
+        if not any(each.shares_left(other) or each.shares_right(other) for other in taken):
+            taken.append(each)
+    return [each.vest for each in taken if not _has_rival(each, candidates, taken)]
+
+
+def _has_rival(each: _Candidate, candidates: list[_Candidate], taken: list[_Candidate]) -> bool:
+    """Whether a candidate fits as well at another depth, to pixels of the right picture that no other has."""
+    return any(
+        other.shares_left(each)
+        and abs(other.disparity / each.disparity - 1) > ELSEWHERE
+        and other.quality > each.quality - UNIQUE
+        and not any(third is not each and other.shares_right(third) for third in taken)
+        for other in candidates
+    )
