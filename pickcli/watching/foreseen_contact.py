@@ -9,7 +9,7 @@ from pickcli.driving.tricycle import Tricycle
 from pickcli.geometry import Array
 from pickcli.watching.stopping_distance import stopping_time, travel_while_stopping
 
-INSTANTS = 9  # of the time to rest, at which distances are looked at
+INSTANTS = 13  # of the time to rest, at which distances are looked at
 
 
 def outline_distance(truck: Tricycle, poses: Array, places: Array) -> Array:

@@ -1,8 +1,9 @@
 """Protective fields: what the truck sweeps until it rests, with supplements, as ranges of the scanner's beams.
 
 As with real scanners, a field is one range for each beam: whatever is nearer along the beam is in it. It
-holds all that the truck's outline, widened at the side and in front, sweeps on its stopping distance, at the
-steering angle that it has and at some more and less; as far as beams get there.
+holds all that the truck's outline sweeps until it rests, at the steering angle that it has and at some more
+and less, as far as beams get there. The outline is widened by supplements, and by the way of somebody who walks
+up to the truck until it gets there: K T of ISO 13855, with the time T to each place of the truck.
 """
 
 from __future__ import annotations
@@ -13,13 +14,12 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.driving.steering_path import SteeringPath
 from pickcli.driving.tricycle import Tricycle
 from pickcli.geometry import Array
 from pickcli.watching.laser_scanner import LaserScanner
+from pickcli.watching.foreseen_contact import stopping_poses
 from pickcli.watching.stopping_distance import stopping_distance
 
-SWEEP_STEP = 0.05  # m of travel between two outlines
 SPEED_STEP = 0.1  # m/s between two fields
 STEERING_STEP = 0.1  # rad between two fields; each is for as much more and less, too
 
@@ -34,6 +34,7 @@ class FieldFigures:
         start_speed: m/s, for which the field is to be clear before it goes on.
         ahead: m in front of the stopping distance, for errors of the scanner.
         side: m beside the truck, likewise.
+        approach: m/s at which people may walk up to the truck.
         known: m around walls and boxes that the area lists, in which nothing brakes the truck.
         body: m, radius of a person seen from above.
         clearance: m that the truck is to keep from people in vests, beside the error of where they are.
@@ -44,6 +45,7 @@ class FieldFigures:
     start_speed: float
     ahead: float
     side: float
+    approach: float
     known: float
     body: float
     clearance: float
@@ -128,34 +130,32 @@ class FieldSet:
         most = self.truck.steering
         reach = np.zeros(len(self.scanner.angles))
         for angle in (steering - STEERING_STEP, steering, steering + STEERING_STEP):
-            swept = self._swept(stopping, float(np.clip(angle, -most, most)))
+            swept = self._swept(speed, float(np.clip(angle, -most, most)))
             np.maximum(reach, swept, out=reach)
         reach = np.minimum(reach, self.scanner.farthest)
         return ProtectiveField(
             speed, steering, stopping, self.scanner.angles, reach, self.scanner.forward
         )
 
-    def _swept(self, stopping: float, steering: float) -> Array:
+    def _swept(self, speed: float, steering: float) -> Array:
         """(B,) m along beams to the last point that the widened outline sweeps."""
-        poses = np.zeros((1, 3))
-        if stopping > 0:
-            path = SteeringPath(self.truck, np.zeros(3), np.array([stopping]), np.full(2, steering))
-            poses = path.poses_at(np.linspace(0.0, stopping, ceil(stopping / SWEEP_STEP) + 1))
-        return _last_inside(self.scanner, poses, self.truck, self.figures)
+        times, poses = stopping_poses(self.truck, np.zeros(3), (speed, steering), self.delay)
+        wider = np.array([self.figures.ahead, self.figures.side]) + self.figures.approach * times[:, None]
+        return _last_inside(self.scanner, poses, self.truck, wider)
 
 
-def _last_inside(scanner: LaserScanner, poses: Array, truck: Tricycle, figures: FieldFigures) -> Array:
-    """(B,) m along beams to where the last of the widened outlines at (K, 3) poses ends, by slabs."""
+def _last_inside(scanner: LaserScanner, poses: Array, truck: Tricycle, wider: Array) -> Array:
+    """(B,) m along beams to the end of outlines at (K, 3) poses, (K, 2) m longer and wider, by slabs."""
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     R = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)  # of the poses to the frame of the truck
     origin = np.einsum("kji,kj->ki", R, [scanner.forward, 0.0] - poses[:, :2])
     beams = np.einsum("kji,bj->kbi", R, scanner.directions)
-    half = truck.width / 2 + figures.side
-    low, high = np.array([-truck.back, -half]), np.array([truck.front + figures.ahead, half])
+    half = truck.width / 2
+    low, high = np.array([-truck.back, -half]) - wider, np.array([truck.front, half]) + wider
     with np.errstate(divide="ignore", invalid="ignore"):
         a = (low - origin)[:, None] / beams
         b = (high - origin)[:, None] / beams
     near = np.nan_to_num(np.minimum(a, b), nan=-np.inf).max(axis=-1)
     far = np.nan_to_num(np.maximum(a, b), nan=np.inf, posinf=np.inf).min(axis=-1)
-    last: Array = np.where((far >= np.maximum(near, 0.0)), far, 0.0).max(axis=0)
+    last: Array = np.where(far >= np.maximum(near, 0.0), far, 0.0).max(axis=0)
     return last

@@ -110,6 +110,9 @@ class FieldsModel(FileModel):
     )
     ahead: Metres = Field(description="m in front of the stopping distance")
     side: Metres = Field(description="m beside the truck")
+    approach: Annotated[float, Field(ge=0, le=5)] = Field(
+        description="m/s at which people may walk up to the truck"
+    )
     known: Metres = Field(description="m around walls and boxes in which nothing brakes")
     body: Size = Field(description="m, radius of a person seen from above")
     clearance: Metres = Field(description="m that is kept from people in vests")
