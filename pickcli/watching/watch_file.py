@@ -177,7 +177,7 @@ def watch_file(name: str) -> Path:
     """Return the file that a name or path means.
 
     Args:
-        name: A name under data/watches, or a path with a suffix.
+        name: A name under data/watches, or the path of a file.
 
     Returns:
         The file.
@@ -185,9 +185,9 @@ def watch_file(name: str) -> Path:
     Raises:
         UnknownNameError: No watch has that name.
     """
-    if Path(name).suffix in (".yaml", ".yml", ".json"):
-        return Path(name)
     known = {path.stem: path for path in sorted((data_path() / "watches").glob("*.yaml"))}
     if name not in known:
-        raise UnknownNameError("watch", name, known)
+        if Path(name).suffix or Path(name).exists():
+            return Path(name)
+        raise UnknownNameError("watch", name, list(known))
     return known[name]
