@@ -84,7 +84,7 @@ def command(
         drive = watch_zone(
             plan, scene, watch, seed, Guards(guards != "vests", guards != "scanner"), observe
         )  # fmt: skip
-    write_watched_drive(output, drive, overwrite)
+    write_watched_drive(output, drive, watch, overwrite)
     if picture is not None:
         write_text(picture, watch_svg(drive, watch), overwrite)
     figures = drive.figures(PERIOD)
@@ -106,7 +106,9 @@ def _lines(drive: WatchedDrive) -> Iterator[str]:
     yield from map(_request, drive.requests)
     for touch in drive.touches:
         who = "the truck touches" if touch.is_by_truck else "walks into the truck:"
-        avoidable = "" if not touch.is_by_truck else ", avoidable" if touch.is_avoidable else ", not avoidable"
+        avoidable = (
+            "" if not touch.is_by_truck else ", avoidable" if touch.is_avoidable else ", not avoidable"
+        )
         yield f"{touch.time:.2f} s: {who} {touch.name} at {touch.speed:.2f} m/s{avoidable}"
     if not drive.touches:
         yield "nobody is touched while the truck moves"

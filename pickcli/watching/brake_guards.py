@@ -188,9 +188,7 @@ class VestGuard:
         speed = max(motion.speed, self.figures.start_speed) if is_braked else motion.speed
         delay = self.figures.reaction + PERIOD
         stopping = stopping_poses(self.area.truck, pose, (speed, motion.steering), delay)
-        for track in self.tracker.tracks:
-            if not track.is_confirmed:
-                continue
+        for track in (each for each in self.tracker.tracks if each.is_confirmed):
             mean, covariance = track.predicted(time)
             doubt = min(float(np.sqrt(covariance[:2, :2].trace() / 2)), MOST_DOUBT)
             keep = self.figures.body + self.figures.clearance + doubt

@@ -11,7 +11,7 @@ from pickcli.driving.driving_area import DrivingArea
 from pickcli.geometry import Array
 from pickcli.seeds import derived_rng
 from pickcli.watching.foreseen_contact import outline_distance
-from pickcli.watching.watched_scene import Reflector, ReflectorKind, SunPatch, WatchedScene, Walker
+from pickcli.watching.watched_scene import Reflector, ReflectorKind, SunPatch, Walker, WatchedScene
 
 SPEEDS = (0.3, 2.0)  # m/s of those who walk
 STANDING = 0.15  # share of people who stand
@@ -42,10 +42,12 @@ class _Drawing:
 
     def clearance(self, place: Array) -> float:
         """M from walls and boxes."""
-        return min([float(self.area.wall_distance(place))] + [float(b.distance(place)) for b in self.area.boxes])
+        return min(
+            [float(self.area.wall_distance(place))] + [float(b.distance(place)) for b in self.area.boxes]
+        )
 
     def walker(self, number: int) -> Walker | None:
-        """A person whose way meets the path where the truck is by plan at some moment; None if none is free."""
+        """A person whose way meets the path where the truck is by plan; None if that is not free."""
         profile, rng = self.plan.profile, self.rng
         time = rng.uniform(0.15, 0.95) * profile.duration
         x, y, yaw = self.plan.path.poses_at(profile.travel_at(np.array([time])))[0].tolist()
@@ -64,14 +66,13 @@ class _Drawing:
             if before + after < 1.0:
                 return None
         first = route[0][None]
-        if self.clearance(route[0]) < BESIDE or start < 0 and not is_standing:
+        if self.clearance(route[0]) < BESIDE or (start < 0 and not is_standing):
             return None
         if outline_distance(self.area.truck, self.area.start[None], first)[0] < FROM_START:
             return None
         rounded = tuple((round(float(a), DECIMALS), round(float(b), DECIMALS)) for a, b in route)
-        return Walker(
-            f"person {number}", rounded, round(speed, DECIMALS), round(start, DECIMALS), round(height, DECIMALS)
-        )  # fmt: skip
+        speed, start, height = (round(float(each), DECIMALS) for each in (speed, start, height))
+        return Walker(f"person {number}", rounded, speed, start, height)
 
     def _free_way(self, place: Array, way: Array) -> float:
         """M that someone can go from a place."""
@@ -87,19 +88,25 @@ class _Drawing:
             place = rng.uniform(self.area.low, self.area.high)
             if self.clearance(place) < POST[0] or self._from_path(place) < POST_BESIDE:
                 return None
-            return Reflector(kind, _rounded(*place, POST[1] / 2), POST)
+            return Reflector(kind, _place(place, POST[1] / 2), POST)
         is_flat = kind is ReflectorKind.TAPE and rng.uniform() < 0.3
         if is_flat:
             place = rng.uniform(self.area.low, self.area.high)
             size = (round(rng.uniform(0.5, 3.0), DECIMALS), 0.05)
-            return Reflector(kind, _rounded(*place, 0.003), size, round(rng.uniform(-np.pi, np.pi), DECIMALS), True)
+            return Reflector(
+                kind, _place(place, 0.003), size, round(rng.uniform(-np.pi, np.pi), DECIMALS), True
+            )
         middle, normal, length = self._side()
-        along, up = (rng.uniform(0.15, 0.6, 2) if kind is ReflectorKind.SIGN else (rng.uniform(0.3, 2.0), 0.05))
+        along, up = rng.uniform(0.15, 0.6, 2) if kind is ReflectorKind.SIGN else (rng.uniform(0.3, 2.0), 0.05)
         along = min(float(along), length)
-        place = middle + 0.01 * normal + rng.uniform(-0.5, 0.5) * (length - along) * np.array([-normal[1], normal[0]])
+        place = (
+            middle
+            + 0.01 * normal
+            + rng.uniform(-0.5, 0.5) * (length - along) * np.array([-normal[1], normal[0]])
+        )
         yaw = round(float(np.arctan2(normal[1], normal[0])), DECIMALS)
         size = (round(along, DECIMALS), round(float(up), DECIMALS))
-        return Reflector(kind, _rounded(*place, rng.uniform(0.3, 1.9)), size, yaw)
+        return Reflector(kind, _place(place, rng.uniform(0.3, 1.9)), size, yaw)
 
     def _side(self) -> tuple[Array, Array, float]:
         """(2,) m: middle of a side of a wall or box; (2,) where it looks; m: how long it is."""
@@ -152,5 +159,6 @@ def draw_watched_scene(plan: DrivePlan, n_walkers: int, seed: int) -> WatchedSce
     return WatchedScene(plan.area, heights, tuple(walkers), reflectors, sun, duration)
 
 
-def _rounded(x: float, y: float, z: float) -> tuple[float, float, float]:
-    return round(float(x), DECIMALS), round(float(y), DECIMALS), round(float(z), DECIMALS)
+def _place(place: Array, z: float) -> tuple[float, float, float]:
+    x, y = place.tolist()
+    return round(x, DECIMALS), round(y, DECIMALS), round(float(z), DECIMALS)

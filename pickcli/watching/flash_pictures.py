@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 from pickcli.watching.nir_pair import NirPair
-from pickcli.watching.retroreflection import TORSO, TORSO_ENDS, STRIPE, retroreflection, stripe_cover
+from pickcli.watching.retroreflection import STRIPE, TORSO, TORSO_ENDS, retroreflection, stripe_cover
 from pickcli.watching.scene_solids import (
     METAL,
     RETRO,
@@ -27,7 +27,7 @@ from pickcli.watching.scene_solids import (
     standing_solids,
     walker_solids,
 )
-from pickcli.watching.watched_scene import WatchedScene, Walker
+from pickcli.watching.watched_scene import Walker, WatchedScene
 
 GrayPicture: TypeAlias = NDArray[np.float32]
 GLINT = np.radians(4.0)  # of the angle of incidence within which polished metal shows the flash itself
@@ -121,10 +121,9 @@ class FlashRenderer:
                 continue
             alone = walker_solids((walkers[k],), time)
             own = int(np.flatnonzero(alone.surfaces == VEST)[0])
+            whole = [max(1, _count(self._index(alone, pose, is_right), own)) for is_right in (False, True)]
             shares[k] = min(
-                np.count_nonzero(view == body)
-                / max(1, np.count_nonzero(self._index(alone, pose, is_right) == own))
-                for is_right, view in zip((False, True), views, strict=True)
+                _count(view, body) / all_of_it for view, all_of_it in zip(views, whole, strict=True)
             )
         return shares
 
@@ -159,12 +158,12 @@ class FlashRenderer:
         depth = np.where(is_seen, depth, np.float32(1.0))
         facing = -np.einsum("ijk,ijk->ij", rays, normals) / lengths
         facing = np.where(is_seen, facing, np.float32(0.0))
-        light = self.pair.ambient * albedo * (LEAST_LIGHT + (1 - LEAST_LIGHT) * facing)
-        light = light * self._sunshine(depth, T)
+        scattered = np.float32(self.pair.ambient) * albedo * (LEAST_LIGHT + (1 - LEAST_LIGHT) * facing)
+        light = (scattered * self._sunshine(depth, T)).astype(np.float32)
         if has_flash:
             off_axis = 1 / lengths
-            flash = self.pair.flash * off_axis / (depth * lengths) ** 2
-            light = light + flash * albedo / np.float32(np.pi) * facing
+            flash = np.float32(self.pair.flash) * off_axis / (depth * lengths) ** 2
+            light += flash * albedo / np.float32(np.pi) * facing
             self._add_retroreflection(light, flash, solids, (depth, index, facing), T)
         return self._exposed(light, rng)
 
@@ -197,7 +196,7 @@ class FlashRenderer:
         surface, which = surfaces[at], index[at]
         distance = depth[at] * self._rays[1][at]
         entrance = np.arccos(np.clip(facing[at], 0.0, 1.0)).astype(np.float64)
-        returned = retroreflection(self.pair.flash_offset / distance, entrance)
+        returned = retroreflection((self.pair.flash_offset / distance).astype(np.float64), entrance)
         footprint = depth[at].astype(np.float64) / self.pair.camera.fx
         cover = np.ones(len(rows))
         is_vest = surface == VEST
@@ -210,12 +209,13 @@ class FlashRenderer:
         light[at] += (flash[at] * factor).astype(np.float32)
 
     def _exposed(self, light: GrayPicture, rng: np.random.Generator) -> GrayPicture:
-        """Counts of a camera: optics that blur by a pixel, shot and read noise, whole numbers up to the most."""
+        """Counts of a camera: optics that blur by a pixel, shot and read noise, whole numbers."""
         light = _blurred(light)
         per_count = self.pair.full / self.pair.largest
         sigma = np.sqrt(self.pair.read_noise**2 + light / np.float32(per_count))
         noisy = light + sigma * rng.standard_normal(light.shape, dtype=np.float32)
-        return np.clip(np.rint(noisy), 0.0, self.pair.largest).astype(np.float32)
+        counts: GrayPicture = np.clip(np.rint(noisy), 0.0, self.pair.largest).astype(np.float32)
+        return counts
 
 
 def _vest_cover(
@@ -228,6 +228,11 @@ def _vest_cover(
     above = local[:, 2] / scale + sum(TORSO_ENDS) / 2
     across = np.minimum(footprint / np.maximum(facing, 0.1), 4 * STRIPE) / scale
     return stripe_cover(around, above, across, footprint / scale)
+
+
+def _count(index: NDArray[np.int32], solid: int) -> int:
+    """Number of pixels that show a solid."""
+    return int(np.count_nonzero(index == solid))
 
 
 def _on_floor(pose: Array) -> Array:

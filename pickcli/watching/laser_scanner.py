@@ -45,7 +45,7 @@ class LaserScanner:
     def angles(self) -> Array:
         """(B,) rad of the beams to the truck's x."""
         n = int(self.angle / self.resolution / 2)
-        return self.resolution * np.arange(-n, n + 1)
+        return np.arange(-n, n + 1, dtype=float) * self.resolution
 
     @cached_property
     def directions(self) -> Array:

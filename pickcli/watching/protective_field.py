@@ -1,9 +1,9 @@
-"""Protective fields: what the truck sweeps until it rests, with supplements, as ranges of the scanner's beams.
+"""Protective fields: what the truck sweeps until it rests, with supplements, as ranges of beams.
 
 As with real scanners, a field is one range for each beam: whatever is nearer along the beam is in it. It
 holds all that the truck's outline sweeps until it rests, at the steering angle that it has and at some more
-and less, as far as beams get there. The outline is widened by supplements, and by the way of somebody who walks
-up to the truck until it gets there: K T of ISO 13855, with the time T to each place of the truck.
+and less, as far as beams get there. The outline is widened by supplements, and by the way of somebody who
+walks up to the truck until it gets there: K T of ISO 13855, with the time T to each place of the truck.
 """
 
 from __future__ import annotations
@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pickcli.driving.tricycle import Tricycle
 from pickcli.geometry import Array
-from pickcli.watching.laser_scanner import LaserScanner
 from pickcli.watching.foreseen_contact import stopping_poses
+from pickcli.watching.laser_scanner import LaserScanner
 from pickcli.watching.stopping_distance import stopping_distance
 
 SPEED_STEP = 0.1  # m/s between two fields
@@ -75,25 +74,8 @@ class ProtectiveField:
     def outline(self) -> Array:
         """(B + 1, 2) m: its corners in the frame of the truck, the scanner the last."""
         ends = np.column_stack([np.cos(self.angles), np.sin(self.angles)]) * self.reach[:, None]
-        return np.vstack([ends, np.zeros(2)]) + [self.forward, 0.0]
-
-    def holds(self, places: Array) -> NDArray[np.bool_]:
-        """Return which points are in the field.
-
-        Args:
-            places: (N, 2) m in the frame of the truck.
-
-        Returns:
-            (N,), by the nearest beam; never those that no beam gets to.
-        """
-        off = places - [self.forward, 0.0]
-        angles = np.arctan2(off[:, 1], off[:, 0])
-        step = self.angles[1] - self.angles[0]
-        beam = np.rint((angles - self.angles[0]) / step).astype(np.intp)
-        is_covered = (beam >= 0) & (beam < len(self.angles))
-        reach = self.reach[np.clip(beam, 0, len(self.angles) - 1)]
-        within: NDArray[np.bool_] = is_covered & (np.hypot(off[:, 0], off[:, 1]) < reach)
-        return within
+        corners: Array = np.vstack([ends, np.zeros(2)]) + np.array([self.forward, 0.0])
+        return corners
 
 
 class FieldSet:
@@ -133,9 +115,7 @@ class FieldSet:
             swept = self._swept(speed, float(np.clip(angle, -most, most)))
             np.maximum(reach, swept, out=reach)
         reach = np.minimum(reach, self.scanner.farthest)
-        return ProtectiveField(
-            speed, steering, stopping, self.scanner.angles, reach, self.scanner.forward
-        )
+        return ProtectiveField(speed, steering, stopping, self.scanner.angles, reach, self.scanner.forward)
 
     def _swept(self, speed: float, steering: float) -> Array:
         """(B,) m along beams to the last point that the widened outline sweeps."""

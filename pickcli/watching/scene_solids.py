@@ -11,7 +11,7 @@ from pickcli.geometry import Array
 from pickcli.kernel import RaycastingScene, SolidKind
 from pickcli.seeds import derived_rng
 from pickcli.watching.retroreflection import TORSO, TORSO_ENDS
-from pickcli.watching.watched_scene import Reflector, ReflectorKind, WatchedScene, Walker
+from pickcli.watching.watched_scene import Reflector, ReflectorKind, Walker, WatchedScene
 
 STANDARD = 1.75  # m, the height of which proportions are
 WALL_HEIGHT = 4.0  # m
@@ -105,10 +105,10 @@ def standing_solids(scene: WatchedScene, seed: int) -> SceneSolids:
     rows = [_box((x, y, -0.5), (sides[0] / 2 + 1, sides[1] / 2 + 1, 0.5), 0.0, rng.uniform(*ALBEDO))]
     for sign in (-1, 1):
         for axis in (0, 1):
-            place, half = np.array([x, y, WALL_HEIGHT / 2]), np.array([*(sides / 2 + 1), WALL_HEIGHT / 2])
-            place[axis] += sign * (sides[axis] / 2 + 0.05)
-            half[axis] = 0.05
-            rows.append(_box(place, half, 0.0, rng.uniform(*ALBEDO)))
+            middle, extent = np.array([x, y, WALL_HEIGHT / 2]), np.array([*(sides / 2 + 1), WALL_HEIGHT / 2])
+            middle[axis] += sign * (sides[axis] / 2 + 0.05)
+            extent[axis] = 0.05
+            rows.append(_box(middle, extent, 0.0, rng.uniform(*ALBEDO)))
     for box, height in zip(area.boxes, scene.box_heights, strict=True):
         half = (box.size[0] / 2, box.size[1] / 2, height / 2)
         rows.append(_box((*box.centre, height / 2), half, box.yaw, rng.uniform(*ALBEDO)))
@@ -135,7 +135,8 @@ def _person(walker: Walker, time: float) -> list[_Row]:
     surface = VEST if walker.has_vest else MATTE
     legs = [_post((a, b), (0.0, low), r, MATTE, CLOTHES) for a, b, r in walker.legs(time)]
     arms = [
-        _post((x + s * aside[0], y + s * aside[1]), (low, high), 0.045 * scale, MATTE, CLOTHES) for s in (-1, 1)
+        _post((x + s * aside[0], y + s * aside[1]), (low, high), 0.045 * scale, MATTE, CLOTHES)
+        for s in (-1, 1)
     ]
     body = _post((x, y), (low, high), TORSO * scale, surface, CLOTHES, heading, scale)
     head = _Row(
@@ -152,7 +153,9 @@ def _reflector(each: Reflector) -> _Row:
     return _Row(_pose((x, y, z), each.yaw), half, SolidKind.BOX, RETRO, 0.7)
 
 
-def _box(place: tuple[float, ...] | Array, half: tuple[float, ...] | Array, yaw: float, albedo: float) -> _Row:
+def _box(
+    place: tuple[float, ...] | Array, half: tuple[float, ...] | Array, yaw: float, albedo: float
+) -> _Row:
     a, b, c = (float(each) for each in half)
     return _Row(_pose(place, yaw), (a, b, c), SolidKind.BOX, MATTE, albedo)
 

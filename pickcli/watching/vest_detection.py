@@ -1,10 +1,10 @@
-"""Finds vests in four pictures of a pair: what is bright with flash only, matched, of a vest's size and bands.
+"""Finds vests in four pictures of a pair: bright with flash only, matched, of a vest's size and bands.
 
 A pixel counts if it is brighter with flash than all its neighbours without: so edges that move between both
-exposures do not. Connected pixels are blobs. Each pair of blobs that may correspond along a row gives a disparity, and with
-it the extent of a vest around: the part of the left picture that its blobs cover is laid over the right one
-for the match in whole, finer than a pixel. What has the extent of a vest, and two bright bands at their
-distance, is one, if no other disparity fits as well.
+exposures do not. Connected pixels are blobs. Each pair of blobs that may correspond along a row gives a
+disparity, and with it the extent of a vest around: the part of the left picture that its blobs cover is laid
+over the right one for the match in whole, finer than a pixel. What has the extent of a vest, and two bright
+bands at their distance, is one, if no other disparity fits as well.
 """
 
 from __future__ import annotations
@@ -29,7 +29,10 @@ MOST_BLOBS = 120  # of a picture, the brightest
 SIZE_RATIO = 2.2  # between widths of a match, at most, beside a pixel
 ASIDE = (0.12, 0.32)  # m beside a blob, in which others may be of the same vest: tried one after the other
 UPRIGHT = 0.5  # m above and below it, likewise
-SEARCHED, SEARCHED_SHARE = 3, 0.12  # px either way, and of the disparity, in which that of a window is looked for
+SEARCHED, SEARCHED_SHARE = (
+    3,
+    0.12,
+)  # px either way, and of the disparity, in which that of a window is looked for
 LEAST_MATCH = 0.75  # normalised cross-correlation of both pictures, at least
 UNIQUE, ELSEWHERE = 0.02, 0.2  # of another match as good, of a depth that differs by this share
 WIDTH, HEIGHT = (0.1, 0.6), (0.24, 0.9)  # m, extents of a vest's stripes; from near by they look higher
@@ -269,7 +272,7 @@ def _bands(window: GrayPicture, per_metre: float) -> float:
 
 
 def _unique(candidates: list[_Candidate]) -> list[Vest]:
-    """The best candidates that share no pixels of either picture, without those that fit elsewhere as well."""
+    """The best candidates that share no pixels of either picture, if they fit nowhere else as well."""
     taken: list[_Candidate] = []
     for each in sorted(candidates, key=lambda one: -one.quality):
         if not any(each.shares_left(other) or each.shares_right(other) for other in taken):

@@ -1,4 +1,4 @@
-"""Follows vests over pictures: where people are, how fast they walk, and how probable it is that they are people.
+"""Follows vests over pictures: where people are, how fast they walk, how probable it is that they are people.
 
 Each track is a Kalman filter of place and velocity on the floor, with random accelerations. Detections go to
 tracks by the assignment of least statistical distance in all. The probability is kept as log odds, as Sittler

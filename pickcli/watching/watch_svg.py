@@ -1,4 +1,4 @@
-"""A watched drive as a drawing from above: walls, boxes, sun, reflectors, people, tracks, truck and a field."""
+"""A watched drive as a drawing from above: walls, boxes, sun, reflectors, people, tracks, truck, fields."""
 
 from __future__ import annotations
 
@@ -55,8 +55,6 @@ def watch_svg(drive: WatchedDrive, watch: Watch) -> str:
     return "\n".join([head, '<rect width="100%" height="100%" fill="white"/>', *shapes, "</svg>", ""])
 
 
-
-
 def _standing(drive: WatchedDrive) -> Iterator[_Shape]:
     scene = drive.scene
     low, high = np.array(scene.area.low), np.array(scene.area.high)
@@ -94,7 +92,7 @@ def _requests(drive: WatchedDrive, watch: Watch) -> Iterator[_Shape]:
     fields = FieldSet(drive.scene.area.truck, watch.scanner, watch.fields)
     for each in drive.requests:
         k = min(round(each.time / PERIOD), len(drive.poses) - 1)
-        outline = fields.field_for(each.speed, 0.0).outline
+        outline = fields.field_for(each.speed, each.steering).outline
         places = posed(drive.poses[k], np.column_stack([outline, np.zeros(len(outline))]))[:, :2]
         style = f'fill="{FIELD}" fill-opacity="0.15" stroke="{FIELD}" stroke-width="1"'
         yield "polygon", places, style, f"{each.time:.2f} s: brake request by {each.by}"

@@ -22,9 +22,11 @@ from pickcli.watching.watched_drive import PersonReport, RequestReport, TouchRep
 from pickcli.watching.watched_scene import WatchedScene
 
 IN_VIEW = 0.75  # share of a vest's body that both cameras see, from which it counts as in view
-NEAR = 0.6  # m, and three standard deviations, from a person within which a detection or track is the person's
+NEAR = (
+    0.6  # m, and three standard deviations, from a person within which a detection or track is the person's
+)
 TOWARDS = 0.05  # m/s of the truck's side towards a person from which it is the truck that touches
-LONGEST_FREE = 8.0  # m of travel that free distances are looked for in
+LONGEST_FREE = 8.0  # whole m of travel that free distances are looked for in
 BEFORE = 1.0  # s before a request in which its reason may have begun
 
 
@@ -95,9 +97,11 @@ class WatchTruth:
         self._seen.append(np.array([each.any() for each in hit], dtype=bool))
         self._in_field.append(np.array([(each & (nearest < reach)).any() for each in hit], dtype=bool))
         self._needs_stop.append(self._who_needs_a_stop(time, pose, motion, protective is not None))
-        return nearest
+        return np.asarray(nearest)
 
-    def _who_needs_a_stop(self, time: float, pose: Array, motion: Motion, is_watched: bool) -> NDArray[np.bool_]:
+    def _who_needs_a_stop(
+        self, time: float, pose: Array, motion: Motion, is_watched: bool
+    ) -> NDArray[np.bool_]:
         walkers, figures = self.scene.walkers, self.watch.fields
         if not is_watched or motion.speed <= 0:
             return np.zeros(len(walkers), dtype=bool)
@@ -193,7 +197,7 @@ class WatchTruth:
             The report.
         """
         truck, figures = self.scene.area.truck, self.watch.fields
-        k = min(int(round(time / PERIOD)), len(self.times) - 1)
+        k = min(round(time / PERIOD), len(self.times) - 1)
         reasons = np.array((self._in_field if by == "scanner" else self._needs_stop)[: k + 1])
         since = [self._since(reasons[:, j], k) for j in range(reasons.shape[1])]
         known = [(begun, j) for j, begun in enumerate(since) if begun is not None]
@@ -202,7 +206,7 @@ class WatchTruth:
         # The reason began after the instant before the first one that shows it.
         delay = None if begun is None else time - self.times[max(begun - 1, 0)]
         return RequestReport(
-            time, by, None if who is None else self.scene.walkers[who].name, speed,
+            time, by, None if who is None else self.scene.walkers[who].name, speed, self.motions[k].steering,
             stopping_distance(speed, figures.reaction, truck.acceleration),
             self._free_travel(k), None if delay is None else max(delay, 0.0),
         )  # fmt: skip
@@ -221,7 +225,8 @@ class WatchTruth:
         if not self.scene.walkers:
             return None
         truck, pose = self.scene.area.truck, self.poses[k]
-        path = SteeringPath(truck, pose, np.array([LONGEST_FREE]), np.full(2, self.motions[k].steering))
+        n = int(LONGEST_FREE)  # steps of a metre, in which the truck turns by less than a radian
+        path = SteeringPath(truck, pose, np.ones(n), np.full(n + 1, self.motions[k].steering))
         travel = np.arange(0.0, LONGEST_FREE, 0.05)
         poses = path.poses_at(travel)
         places = [walker.place(self.times[k]) for walker in self.scene.walkers]
@@ -240,13 +245,12 @@ class WatchTruth:
         for j, walker in enumerate(self.scene.walkers):
             places = np.array([walker.place(time) for time in times])
             is_near = outline_distance(truck, poses, places) < self.watch.fields.body
-            moves = np.array([motion.speed > 0 for motion in self.motions])
-            begins = np.flatnonzero((is_near & moves)[1:] & ~is_near[:-1]) + 1
+            touches = is_near & np.array([motion.speed > 0 for motion in self.motions])
+            begins = np.flatnonzero(touches[1:] & ~touches[:-1]) + 1
             for k in begins.tolist():
                 by_truck = self._speed_towards(k, places[k]) > TOWARDS
-                found.append(TouchReport(
-                    times[k], walker.name, self.motions[k].speed, by_truck, by_truck and self._is_avoidable(j, k)
-                ))  # fmt: skip
+                avoidable = by_truck and self._is_avoidable(j, k)
+                found.append(TouchReport(times[k], walker.name, self.motions[k].speed, by_truck, avoidable))
         return tuple(sorted(found, key=lambda each: each.time))
 
     def _speed_towards(self, k: int, place: Array) -> float:

@@ -50,6 +50,7 @@ class RequestReport:
         by: ``scanner`` or ``vests``.
         name: The nearest person that is a reason for it; None if there is none.
         speed: m/s of the steered wheel then.
+        steering: rad.
         stopping: m of its travel until the truck would rest, with the reaction of the brake.
         free: m of travel until it would touch someone who stands still; None if nobody is ahead.
         delay: s since there was first a reason, at most; None if there was none.
@@ -59,6 +60,7 @@ class RequestReport:
     by: str
     name: str | None
     speed: float
+    steering: float
     stopping: float
     free: float | None
     delay: float | None
@@ -140,7 +142,9 @@ class WatchedDrive:
 
 
 def _plain(report: PersonReport | RequestReport | TouchReport) -> dict[str, Any]:
-    return {key: _rounded(value) if isinstance(value, float) else value for key, value in asdict(report).items()}
+    return {
+        key: _rounded(value) if isinstance(value, float) else value for key, value in asdict(report).items()
+    }
 
 
 def _rounded(value: float) -> float:

@@ -1,4 +1,4 @@
-"""What is to be seen from the truck: people who walk, shelves of some height, reflectors, sun on the floor."""
+"""What is to be seen from the truck: people who walk, boxes of some height, reflectors, sun."""
 
 from __future__ import annotations
 
@@ -72,7 +72,9 @@ class Walker:
             (2,) m.
         """
         places, way = np.array(self.route), self.walked(time)
-        return np.array([np.interp(way, self._knots, places[:, 0]), np.interp(way, self._knots, places[:, 1])])
+        return np.array(
+            [np.interp(way, self._knots, places[:, 0]), np.interp(way, self._knots, places[:, 1])]
+        )
 
     def heading(self, time: float) -> float:
         """Return where the person looks.
@@ -113,8 +115,13 @@ class Walker:
         """
         heading, way = self.heading(time), self.walked(time)
         swing = SWING * min(self.speed, 1.0) * np.sin(2 * np.pi * way / STRIDE)
-        ahead, beside = np.array([np.cos(heading), np.sin(heading)]), np.array([-np.sin(heading), np.cos(heading)])
-        middles = self.place(time) + np.array([swing * ahead + APART * beside, -swing * ahead - APART * beside])
+        ahead, beside = (
+            np.array([np.cos(heading), np.sin(heading)]),
+            np.array([-np.sin(heading), np.cos(heading)]),
+        )
+        middles = self.place(time) + np.array(
+            [swing * ahead + APART * beside, -swing * ahead - APART * beside]
+        )
         return np.column_stack([middles, np.full(2, LEG)])
 
 
@@ -186,7 +193,9 @@ class WatchedScene:
         low, high = self.area.low, self.area.high
         rectangles = [np.array([low, (high[0], low[1]), high, (low[0], high[1])])]
         rectangles += [
-            box.corners for box, height in zip(self.area.boxes, self.box_heights, strict=True) if height > above
+            box.corners
+            for box, height in zip(self.area.boxes, self.box_heights, strict=True)
+            if height > above
         ]
         return np.concatenate([np.stack([each, np.roll(each, -1, axis=0)], axis=1) for each in rectangles])
 
@@ -200,6 +209,8 @@ class WatchedScene:
             (D, 3) m: middles and radii of legs and posts.
         """
         posts = [
-            (*each.centre[:2], each.size[0] / 2) for each in self.reflectors if each.kind is ReflectorKind.POST
+            (*each.centre[:2], each.size[0] / 2)
+            for each in self.reflectors
+            if each.kind is ReflectorKind.POST
         ]
         return np.concatenate([np.array(posts).reshape(-1, 3), *(each.legs(time) for each in self.walkers)])

@@ -16,7 +16,7 @@ from pickcli.files.source import Source
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.name_suggestion import suggestion
 from pickcli.watching.foreseen_contact import outline_distance
-from pickcli.watching.watched_scene import Reflector, ReflectorKind, SunPatch, WatchedScene, Walker
+from pickcli.watching.watched_scene import Reflector, ReflectorKind, SunPatch, Walker, WatchedScene
 
 MOST_WALKERS, MOST_REFLECTORS, MOST_SUN = 20, 100, 20
 MOST_TIME = 600.0  # s

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.driving.drive_plan import DrivePlan
-from pickcli.driving.drive_tracking import PERIOD, TrackingController
+from pickcli.driving.drive_tracking import PERIOD, TrackingController, tangents
 from pickcli.driving.simulated_drives import DriveNoise, NoisyTruck
 from pickcli.geometry import Array
 from pickcli.progress import Progress, ProgressObserver, nobody
@@ -53,13 +53,12 @@ class _Due:
 class _Play:
     """One drive, instant by instant."""
 
-    def __init__(
-        self, plan: DrivePlan, scene: WatchedScene, watch: Watch, guards: Guards, seed: int
-    ) -> None:
+    def __init__(self, plan: DrivePlan, scene: WatchedScene, watch: Watch, guards: Guards, seed: int) -> None:
         self.plan, self.scene, self.watch, self.guards = plan, scene, watch, guards
         self.rng = derived_rng("watched drive", seed)
         self.controller = TrackingController(plan, 1)
-        self.truck = NoisyTruck(plan.area.truck, plan.area.start, DriveNoise(), 1, derived_rng("drives", seed))
+        rng, truck = derived_rng("drives", seed), plan.area.truck
+        self.truck = NoisyTruck(truck, plan.area.start, DriveNoise(), 1, rng)
         self.scanner = ScannerGuard(plan.area, watch.scanner, watch.fields)
         self.vests = VestGuard(plan.area, VestTracker(watch.pair), watch.fields)
         self.renderer = FlashRenderer(watch.pair, scene, seed)
@@ -79,7 +78,8 @@ class _Play:
         speed, steering = float(self.controller.speed[0]), float(self.controller.steering[0])
         motion = Motion(speed, (speed - self._speed_before) / PERIOD, steering)
         self._speed_before = speed
-        is_watched, was_braked = bool(self.controller.signs[0] > 0), bool(self.is_braked and self.is_braked[-1])
+        is_watched = bool(self.controller.signs[0] > 0)
+        was_braked = bool(self.is_braked and self.is_braked[-1])
         protective = self.scanner.field_for(motion, was_braked) if is_watched else None
         ranges = self.truth.note(time, true, motion, protective)
         if self._scan.is_due(time) and protective is not None and self.guards.scanner:
@@ -100,12 +100,12 @@ class _Play:
         """Take pictures where they are due, and use the answers that have come."""
         true, believed = self.truck.true[0], self.truck.believed[0]
         if self._pictures.is_due(time):
-            turn = float(self.plan.area.truck.yaw_change(*np.full((2, 1), motion.steering), np.ones(1))[0])
             signed = motion.speed * float(self.controller.signs[0])
-            ahead = np.array([np.cos(motion.steering) * np.cos(true[2]), np.cos(motion.steering) * np.sin(true[2]), turn])
+            tangent = tangents(true[2:], np.array([motion.steering]))[0][0]
+            tangent[2] /= self.plan.area.truck.wheel_base
 
             def pose_at(at: float) -> Array:
-                return np.asarray(true + (at - time) * signed * ahead)
+                return np.asarray(true + (at - time) * signed * tangent)
 
             found = find_vests(self.watch.pair, self.renderer.pictures(time, pose_at, self.rng))
             self.truth.note_pictures(time, self.renderer, found)
@@ -154,7 +154,7 @@ def watch_zone(
         if arrived:
             break
         if k % 50 == 0:
-            observe(Progress(k, n, 0))
+            observe(Progress(k, n))
     truth = play.truth
     return WatchedDrive(
         scene, np.array(truth.poses), np.array([motion.speed for motion in truth.motions]),
