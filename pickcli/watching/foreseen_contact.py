@@ -30,7 +30,7 @@ def outline_distance(truck: Tricycle, poses: Array, places: Array) -> Array:
 
 
 def stopping_poses(
-    truck: Tricycle, pose: Array, motion: tuple[float, float], delay: float
+    truck: Tricycle, pose: Array, motion: tuple[float, float], delay: float, n_instants: int = INSTANTS
 ) -> tuple[Array, Array]:
     """Return where a truck is while it brakes, with the steering angle that it has.
 
@@ -39,15 +39,16 @@ def stopping_poses(
         pose: (3,) m, m, rad.
         motion: Speed of the steered wheel, m/s, and steering angle, rad.
         delay: s until it begins to brake.
+        n_instants: How many instants.
 
     Returns:
         (N,) s from now to the rest, (N, 3) poses.
     """
     speed, steering = motion
-    times = np.linspace(0.0, stopping_time(speed, delay, truck.acceleration), INSTANTS)
+    times = np.linspace(0.0, stopping_time(speed, delay, truck.acceleration), n_instants)
     travel = np.array([travel_while_stopping(speed, delay, truck.acceleration, t) for t in times.tolist()])
     if travel[-1] <= 0:
-        return times, np.tile(pose, (INSTANTS, 1))
+        return times, np.tile(pose, (n_instants, 1))
     path = SteeringPath(truck, pose, travel[-1:], np.full(2, steering))
     return times, path.poses_at(travel)
 

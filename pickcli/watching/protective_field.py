@@ -19,6 +19,7 @@ from pickcli.watching.foreseen_contact import stopping_poses
 from pickcli.watching.laser_scanner import LaserScanner
 from pickcli.watching.stopping_distance import stopping_distance
 
+INSTANTS = 61  # of the time to rest, whose outlines make a field
 SPEED_STEP = 0.1  # m/s between two fields
 STEERING_STEP = 0.1  # rad between two fields; each is for as much more and less, too
 
@@ -119,7 +120,7 @@ class FieldSet:
 
     def _swept(self, speed: float, steering: float) -> Array:
         """(B,) m along beams to the last point that the widened outline sweeps."""
-        times, poses = stopping_poses(self.truck, np.zeros(3), (speed, steering), self.delay)
+        times, poses = stopping_poses(self.truck, np.zeros(3), (speed, steering), self.delay, INSTANTS)
         wider = np.array([self.figures.ahead, self.figures.side]) + self.figures.approach * times[:, None]
         return _last_inside(self.scanner, poses, self.truck, wider)
 

@@ -41,6 +41,7 @@ SCALES = (0.88, 0.96, 1.04, 1.12)  # of the distance of both bands, tried
 LEAST_BANDS = 0.2  # of how much darker it is between both bands than on them
 FAR = 1.2  # times the range that matches are looked for in
 INSIDE = 0.12  # m of the axis of a body behind the middle of what is seen of its stripes
+BODY_WIDTH = 0.35  # m, in which there is no room for two people
 BODY_ERROR = 0.06  # m, standard deviation of that, along x and y
 
 
@@ -277,7 +278,19 @@ def _unique(candidates: list[_Candidate]) -> list[Vest]:
     for each in sorted(candidates, key=lambda one: -one.quality):
         if not any(each.shares_left(other) or each.shares_right(other) for other in taken):
             taken.append(each)
-    return [each.vest for each in taken if not _has_rival(each, candidates, taken)]
+    vests: list[Vest] = []
+    for each in taken:
+        is_own = not any(_is_same_body(each.vest, other) for other in vests)
+        if is_own and not _has_rival(each, candidates, taken):
+            vests.append(each.vest)
+    return vests
+
+
+def _is_same_body(vest: Vest, other: Vest) -> bool:
+    """Whether two parts, between which an arm hides the rest, are of one body."""
+    off = np.abs(vest.place[:2] - other.place[:2])
+    deviation = np.sqrt(vest.covariance[0, 0] + other.covariance[0, 0])
+    return bool(off[1] < BODY_WIDTH and off[0] < BODY_WIDTH + 2 * deviation)
 
 
 def _has_rival(each: _Candidate, candidates: list[_Candidate], taken: list[_Candidate]) -> bool:
