@@ -163,11 +163,6 @@ class WatchTruth:
         """Number of confirmed tracks that were nobody at any time."""
         return len(self._nobody - self._somebody)
 
-    @property
-    def n_pictures(self) -> int:
-        """Number of picture sets."""
-        return len(self._in_view)
-
     def people(self) -> tuple[PersonReport, ...]:
         """Return what the cameras saw of each person in a vest.
 

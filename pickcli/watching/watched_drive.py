@@ -24,7 +24,7 @@ class PersonReport:
         seen_time: s at which the track was confirmed, with the delay of the pair; None if never.
         seen_distance: m from the cameras then.
         probability: Of being a person, at last; None without a track.
-        n_in_view: Number of picture sets in which most of the vest was in view.
+        n_in_view: Number of picture sets, of each fourth one, in which most of the vest was in view.
         n_found: In how many of them it was found.
         position_error: m, root mean square while confirmed; None without.
         velocity_error: m/s, likewise.

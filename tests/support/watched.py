@@ -9,7 +9,7 @@ import numpy as np
 from pickcli.driving.drive_plan import DrivePlan, plan_drive
 from pickcli.driving.driving_area import DrivingArea, FloorBox
 from pickcli.watching.watch_file import Watch, read_watch, watch_file
-from pickcli.watching.watched_scene import Reflector, WatchedScene, Walker
+from pickcli.watching.watched_scene import Reflector, Walker, WatchedScene
 
 BOX = FloorBox("shelf", (5.0, 6.5), (2.0, 1.0))
 

@@ -8,7 +8,7 @@ import pytest
 from pickcli.driving.driving_area import FloorBox
 from pickcli.geometry import Array
 from pickcli.watching.flash_pictures import FlashRenderer
-from pickcli.watching.watched_scene import SunPatch, WatchedScene, Walker
+from pickcli.watching.watched_scene import SunPatch, Walker, WatchedScene
 from support.watched import hall, scene, watch
 
 PAIR = watch().pair
@@ -20,7 +20,7 @@ def stands(_: float) -> Array:
     return np.array([1.5, 4.0, 0.0])
 
 
-def pictures(of: WatchedScene, seed: int = 1):  # noqa: ANN201
+def pictures(of: WatchedScene, seed: int = 1):
     return FlashRenderer(PAIR, of, 0).pictures(0.0, stands, np.random.default_rng(seed))
 
 
@@ -55,9 +55,10 @@ def test_the_sun_is_bright_without_flash() -> None:
     dark = scene(area=area)
     sunny = WatchedScene(area, (), (), (), (SunPatch((6.0, 4.0), (2.0, 2.0), 0.3, 10.0),))
     point = np.array([6.0 - 1.5, 0.0, 0.0])
-    ratio = around(pictures(sunny).left_off, point, False).mean() / around(
-        pictures(dark).left_off, point, False
-    ).mean()
+    ratio = (
+        around(pictures(sunny).left_off, point, False).mean()
+        / around(pictures(dark).left_off, point, False).mean()
+    )
     assert ratio == pytest.approx(10.0, rel=0.2)
 
 

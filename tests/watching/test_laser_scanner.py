@@ -23,7 +23,9 @@ def test_a_scan_covers_270_degrees_each_half_degree() -> None:
 def test_ranges_to_the_walls_of_a_hall() -> None:
     found = SCANNER.ranges(np.array([3.0, 4.0, 0.0]), scene(area=hall(length=10.0)).segments(0.2), NO_DISCS)
     assert found[beam(0)] == pytest.approx(10.0 - 3.0 - SCANNER.forward)
-    assert found[beam(90)] == pytest.approx(4.0, rel=1e-4) and found[beam(-90)] == pytest.approx(4.0, rel=1e-4)
+    assert found[beam(90)] == pytest.approx(4.0, rel=1e-4) and found[beam(-90)] == pytest.approx(
+        4.0, rel=1e-4
+    )
     turned = SCANNER.ranges(np.array([3.0, 4.0, np.pi / 2]), scene(area=hall()).segments(0.2), NO_DISCS)
     assert turned[beam(0)] == pytest.approx(4.0 - SCANNER.forward)
 

@@ -75,7 +75,9 @@ def test_field_for_people_who_walk_is_wider_by_their_way() -> None:
     assert more == pytest.approx(1.6 * walked.delay)
     moving, narrow = walked.field_for(1.0, 0.0), FIELDS.field_for(1.0, 0.0)
     until_rest = walked.delay + 1.0 / TRUCK.acceleration
-    assert reach_towards(moving, 0.0) - reach_towards(narrow, 0.0) == pytest.approx(1.6 * until_rest, abs=0.01)
+    assert reach_towards(moving, 0.0) - reach_towards(narrow, 0.0) == pytest.approx(
+        1.6 * until_rest, abs=0.01
+    )
 
 
 def test_the_outline_ends_at_the_scanner() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.watching.flash_pictures import FlashRenderer
 from pickcli.watching.vest_detection import Vest, find_vests
-from pickcli.watching.watched_scene import Reflector, ReflectorKind, WatchedScene, Walker
+from pickcli.watching.watched_scene import Reflector, ReflectorKind, Walker, WatchedScene
 from support.watched import hall, scene, watch
 
 PAIR, POSE = watch().pair, np.array([1.5, 4.0, 0.0])
