@@ -43,7 +43,7 @@ class SceneSolids:
 
     @classmethod
     def of(cls, rows: list[_Row]) -> SceneSolids:
-        """Gather solids.
+        """Gather solids, in the order of their rows.
 
         Args:
             rows: One for each.

@@ -120,7 +120,7 @@ class _Candidate:
 
 
 def find_vests(pair: NirPair, pictures: FlashPictures) -> list[Vest]:
-    """Find vests.
+    """Find the vests in the pictures of a pair.
 
     Args:
         pair: The pair.

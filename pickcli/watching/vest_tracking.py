@@ -33,7 +33,7 @@ SIGHT = 0.95  # of the half field of view, within which a vest should be found
 
 
 @dataclass(eq=False)
-class Track:
+class VestTrack:
     """One followed vest.
 
     Attributes:
@@ -107,7 +107,7 @@ class VestTracker:
     """
 
     pair: NirPair
-    tracks: list[Track] = field(default_factory=list)
+    tracks: list[VestTrack] = field(default_factory=list)
     n_tracks: int = 0
 
     def take(self, time: float, pose: Array, vests: list[Vest]) -> None:
@@ -155,7 +155,7 @@ class VestTracker:
         pairs = zip(rows.tolist(), columns.tolist(), strict=True)
         return {k: j for k, j in pairs if costs[k, j] < GATE}
 
-    def _is_in_sight(self, track: Track, pose: Array) -> bool:
+    def _is_in_sight(self, track: VestTrack, pose: Array) -> bool:
         x, y, _ = seen_from(pose, np.array([*track.mean[:2], 0.0])).tolist()
         depth = x - self.pair.forward
         half = SIGHT * self.pair.field_of_view / 2
@@ -167,4 +167,4 @@ class VestTracker:
         covariance[2:, 2:] = FIRST_SPEED**2 * np.eye(2)
         self.n_tracks += 1
         mean = np.array([*place, 0.0, 0.0])
-        self.tracks.append(Track(self.n_tracks, time, mean, covariance, first_time=time))
+        self.tracks.append(VestTrack(self.n_tracks, time, mean, covariance, first_time=time))

@@ -16,7 +16,7 @@ from pickcli.watching.foreseen_contact import nearest_while_stopping, outline_di
 from pickcli.watching.protective_field import ProtectiveField
 from pickcli.watching.stopping_distance import stopping_distance
 from pickcli.watching.vest_detection import Vest
-from pickcli.watching.vest_tracking import Track, VestTracker
+from pickcli.watching.vest_tracking import VestTrack, VestTracker
 from pickcli.watching.watch_file import Watch
 from pickcli.watching.watched_drive import PersonReport, RequestReport, TouchReport
 from pickcli.watching.watched_scene import WatchedScene
@@ -147,7 +147,7 @@ class WatchTruth:
             k = min(near, key=lambda each: float(np.hypot(*off[each])))
             self._note_person(k, time, track, float(np.hypot(*off[k])))
 
-    def _note_person(self, k: int, time: float, track: Track, off: float) -> None:
+    def _note_person(self, k: int, time: float, track: VestTrack, off: float) -> None:
         errors, walker = self._errors.setdefault(k, _Errors()), self.scene.walkers[k]
         if errors.seen_time is None:
             pair = self.watch.pair

@@ -24,7 +24,7 @@ def found_in(of: WatchedScene) -> list[Vest]:
 @pytest.mark.parametrize("turn", [0.0, 0.8, 4.0])
 def test_a_vest_is_found_within_its_covariance(ahead: float, turn: float) -> None:
     place = np.array([POSE[0] + PAIR.forward + ahead, 4.2])
-    towards = place + [np.cos(turn), np.sin(turn)]
+    towards = place + np.array([np.cos(turn), np.sin(turn)])
     person = Walker("ann", ((place[0], place[1]), (towards[0], towards[1])), 0.0)
     (vest,) = found_in(scene(person, area=hall()))
     off = vest.place[:2] - (place - POSE[:2])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pickcli.watching.vest_detection import Vest
-from pickcli.watching.vest_tracking import CONFIRMED, Track, VestTracker
+from pickcli.watching.vest_tracking import CONFIRMED, VestTrack, VestTracker
 from support.watched import watch
 
 PAIR = watch().pair
@@ -74,7 +74,7 @@ def test_detections_go_to_the_nearest_tracks() -> None:
 
 
 def test_predicted_grows_as_random_accelerations_do() -> None:
-    track = Track(1, 0.0, np.array([1.0, 2.0, 0.5, -0.5]), np.zeros((4, 4)))
+    track = VestTrack(1, 0.0, np.array([1.0, 2.0, 0.5, -0.5]), np.zeros((4, 4)))
     mean, covariance = track.predicted(2.0)
     np.testing.assert_allclose(mean, [2.0, 1.0, 0.5, -0.5])
     np.testing.assert_allclose(np.sqrt(np.diag(covariance)), [3.0, 3.0, 3.0, 3.0])
