@@ -49,10 +49,10 @@ def command(
     seed: int,
     as_json: bool,
 ) -> None:
-    """Play a drive past people, and report whom the truck sees, when it brakes, and whom it touches.
+    """Play a drive past people, and report whom the truck sees and when it brakes.
 
     The truck drives as apc plan-drive plans; cameras look for vests and a laser scanner watches a field, and
-    either brakes it. All is simulated: probabilities, delays and distances are told, no claim of safety.
+    either brakes it; contacts are told. All is simulated: probabilities, delays and distances are told, no claim of safety.
 
     \b
     Example:

@@ -29,11 +29,10 @@ MOST_BLOBS = 120  # of a picture, the brightest
 SIZE_RATIO = 2.2  # between widths of a match, at most, beside a pixel
 ASIDE = (0.12, 0.32)  # m beside a blob, in which others may be of the same vest: tried one after the other
 UPRIGHT = 0.5  # m above and below it, likewise
-SEARCHED, SEARCHED_SHARE = (
-    3,
-    0.12,
-)  # px either way, and of the disparity, in which that of a window is looked for
-LEAST_MATCH = 0.75  # normalised cross-correlation of both pictures, at least
+SEARCHED, SEARCHED_SHARE = 3, 0.16  # px, and of the disparity, in which that of a window is looked for
+NEARBY = (1 - SEARCHED_SHARE, 1.0, 1 + SEARCHED_SHARE)
+LEAST_MATCH = 0.75  # normalised cross-correlation of both pictures, at least, of what is far
+LESS_MATCH = 0.6  # by which that falls with baseline over depth: from near by both see other parts of a vest
 UNIQUE, ELSEWHERE = 0.02, 0.2  # of another match as good, of a depth that differs by this share
 WIDTH, HEIGHT = (0.1, 0.6), (0.24, 0.9)  # m, extents of a vest's stripes; from near by they look higher
 CENTRE = (0.75, 1.7)  # m above the floor of the middle of a vest
@@ -192,14 +191,14 @@ def _candidate(
 ) -> _Candidate | None:
     """What a window is near a disparity; None if that is no vest."""
     f = pair.camera.fx
-    if not _has_extent(window, shift / pair.baseline):
+    if not any(_has_extent(window, part * shift / pair.baseline) for part in NEARBY):
         return None
     if (found := _aligned(*pictures, window, shift)) is None:
         return None
     match, disparity = found
     depth = f * pair.baseline / disparity
     inside = window.of(pictures[0])
-    if match < LEAST_MATCH or not _has_extent(window, f / depth):
+    if match < LEAST_MATCH - LESS_MATCH * pair.baseline / depth or not _has_extent(window, f / depth):
         return None
     weights = inside.astype(np.float64)
     column = window.left + float(weights.sum(axis=0) @ np.arange(inside.shape[1]) / weights.sum())
