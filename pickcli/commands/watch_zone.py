@@ -52,7 +52,8 @@ def command(
     """Play a drive past people, and report whom the truck sees and when it brakes.
 
     The truck drives as apc plan-drive plans; cameras look for vests and a laser scanner watches a field, and
-    either brakes it; contacts are told. All is simulated: probabilities, delays and distances are told, no claim of safety.
+    either brakes it; contacts are told. All is simulated: it tells probabilities, delays and distances, and
+    makes no claim of safety.
 
     \b
     Example:
