@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -17,6 +18,11 @@ BOX = FloorBox("shelf", (5.0, 6.5), (2.0, 1.0))
 def watch() -> Watch:
     """The watch that commands take by default."""
     return read_watch(watch_file("citi_truck"))
+
+
+def narrow_watch() -> Watch:
+    """The default watch with fields for people who stand."""
+    return replace(watch(), fields=replace(watch().fields, approach=0.0))
 
 
 def hall(*boxes: FloorBox, length: float = 30.0) -> DrivingArea:

@@ -9,9 +9,9 @@ from pickcli.driving.drive_tracking import PERIOD
 from pickcli.watching.brake_guards import BrakeRequest, Motion, ScannerGuard, VestGuard
 from pickcli.watching.vest_detection import Vest
 from pickcli.watching.vest_tracking import VestTracker
-from support.watched import BOX, hall, watch
+from support.watched import BOX, hall, narrow_watch
 
-WATCH, AREA = watch(), hall(BOX, length=10.0)
+WATCH, AREA = narrow_watch(), hall(BOX, length=10.0)
 CRUISE = Motion(0.9, 0.0, 0.0)
 NO_SEGMENTS, NO_DISCS = np.zeros((0, 2, 2)), np.zeros((0, 3))
 

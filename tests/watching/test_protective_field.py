@@ -13,9 +13,9 @@ from pickcli.driving.tricycle import Tricycle
 from pickcli.watching.foreseen_contact import stopping_poses
 from pickcli.watching.protective_field import FieldSet, ProtectiveField
 from pickcli.watching.stopping_distance import stopping_distance
-from support.watched import watch
+from support.watched import narrow_watch
 
-WATCH, TRUCK = watch(), Tricycle()
+WATCH, TRUCK = narrow_watch(), Tricycle()
 FIELDS = FieldSet(TRUCK, WATCH.scanner, WATCH.fields)
 
 

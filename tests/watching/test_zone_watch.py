@@ -14,14 +14,14 @@ from pickcli.watching.stopping_distance import stopping_distance
 from pickcli.watching.watched_drive import WatchedDrive
 from pickcli.watching.watched_scene import Walker, WatchedScene
 from pickcli.watching.zone_watch import Guards, watch_zone
-from support.watched import BOX, hall, plan, scene, watch
+from support.watched import BOX, hall, narrow_watch, plan, scene, watch
 
 SCANNER, VESTS, NONE = Guards(vests=False), Guards(scanner=False), Guards(False, False)
 STANDING = Walker("ann", ((6.0, 4.2),), 0.0)
 CROSSING = Walker("bob", ((5.5, 0.6), (5.5, 7.5)), 0.9, 0.2)
 
 
-NARROW = replace(watch(), fields=replace(watch().fields, approach=0.0))  # for people who stand
+NARROW = narrow_watch()
 
 
 def played(of: WatchedScene, guards: Guards, seed: int = 1) -> WatchedDrive:
