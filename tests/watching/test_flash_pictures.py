@@ -7,7 +7,7 @@ import pytest
 
 from pickcli.driving.driving_area import FloorBox
 from pickcli.geometry import Array
-from pickcli.watching.flash_pictures import FlashRenderer
+from pickcli.watching.flash_pictures import FlashPictures, FlashRenderer
 from pickcli.watching.watched_scene import SunPatch, Walker, WatchedScene
 from support.watched import hall, scene, watch
 
