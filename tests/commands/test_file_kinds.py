@@ -239,7 +239,8 @@ def test_the_table_names_every_file_that_a_command_reads() -> None:
         paths = {
             p.name
             for p in parameters
-            if isinstance(p.type, click.Path) or p.name in ("cell_name", "strategy_name", "stack_name")
+            if isinstance(p.type, click.Path)
+            or p.name in ("cell_name", "strategy_name", "stack_name", "watch_name")
         }
         assert paths - set(WRITTEN) == set(read), command
 

@@ -20,7 +20,7 @@ def stands(_: float) -> Array:
     return np.array([1.5, 4.0, 0.0])
 
 
-def pictures(of: WatchedScene, seed: int = 1):
+def pictures(of: WatchedScene, seed: int = 1) -> FlashPictures:
     return FlashRenderer(PAIR, of, 0).pictures(0.0, stands, np.random.default_rng(seed))
 
 
