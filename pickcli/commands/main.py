@@ -49,6 +49,7 @@ COMMANDS: dict[str, str] = {
     "make-pallet-order": "Draw a random order of cartons on a pallet.",
     "plan-pallet": "Plan where each carton of an order stands on its pallet, and in which sequence.",
     "plan-drive": "Plan how a truck drives from its start to its goal, past everything.",
+    "watch-zone": "Play a drive past people, and report whom the truck sees and when it brakes.",
     "plan-move": "Plan a move between two configurations.",
     "verify": "Check a plan, a stacked pallet or a drive with the independent verifier.",
     "execute": "Execute a plan in pybullet or with another driver, or plan and execute queries.",

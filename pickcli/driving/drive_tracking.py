@@ -10,6 +10,7 @@ which the steering angle brings to rest.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.driving.drive_plan import DrivePlan
 from pickcli.driving.steering_path import wrapped
@@ -86,11 +87,12 @@ class TrackingController:
         signs: Array = self.reference.signs[self.part]
         return signs
 
-    def control(self, believed: Array) -> None:
+    def control(self, believed: Array, is_braked: NDArray[np.bool_] | None = None) -> None:
         """Set speeds and steering angles for the next period, within the limits of the truck.
 
         Args:
             believed: (N, 3) m, m, rad: poses of the truck as far as is known.
+            is_braked: (N,) which trucks brake as hard as they can, and stand then; None for none of them.
         """
         end = self.reference.ends[self.part]
         begin = np.where(self.part > 0, self.reference.ends[self.part - 1], 0.0)
@@ -103,7 +105,8 @@ class TrackingController:
         remaining = end - self.travel
         braking = np.sqrt(2 * PLANNED_SHARE * self.truck.acceleration * np.maximum(remaining, 0.0))
         speed = np.where(remaining > STOPPED, np.minimum(np.maximum(speeds, CREEP), braking), 0.0)
-        self._command(np.where(self.is_done, 0.0, speed), steering)
+        rests = self.is_done if is_braked is None else self.is_done | is_braked
+        self._command(np.where(rests, 0.0, speed), steering)
 
     def _errors(self, believed: Array, travel: Array) -> tuple[Array, Array, Array, Array, Array]:
         """(N,) m along, across and turning; rad of steering and m/s of the path there."""

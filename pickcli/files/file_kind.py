@@ -54,6 +54,9 @@ PALLET = FileKind("an order of a pallet", "apc make-pallet-order draws one")
 STACKED = FileKind("a stacked pallet", "apc plan-pallet writes one")
 DRIVING_AREA = FileKind("a driving area", "docs/formats/drive.md describes it")
 DRIVE = FileKind("a plan of a drive", "apc plan-drive writes one")
+WATCH = FileKind("a watch of a truck", "those of data/watches are examples")
+WATCHED_SCENE = FileKind("a watched scene", "docs/formats/watch.md describes it")
+WATCHED_DRIVE = FileKind("a watched drive", "apc watch-zone writes one")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
@@ -77,6 +80,9 @@ KINDS = (
     STACKED,
     DRIVING_AREA,
     DRIVE,
+    WATCH,
+    WATCHED_SCENE,
+    WATCHED_DRIVE,
     URDF,
     SRDF,
     JOINT_LIMITS,
@@ -98,9 +104,12 @@ _BY_FORMAT = {
     b"stacked": STACKED,
     b"driving": DRIVING_AREA,
     b"drive": DRIVE,
+    b"watch": WATCH,
+    b"watched scene": WATCHED_SCENE,
+    b"watched drive": WATCHED_DRIVE,
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
-_FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)
+_FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (watched \w+|\w+)", re.MULTILINE)
 _BY_PATTERN = (  # if no format is stated
     (re.compile(_KEY % rb"(?:max_score|boxes_per_hour)", re.MULTILINE), TRIAL),
     (re.compile(_KEY % rb"(?:bin_contents|tote_contents|work_order|moves)", re.MULTILINE), ORDER),

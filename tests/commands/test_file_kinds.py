@@ -36,6 +36,9 @@ from pickcli.files.file_kind import (
     TRIALS,
     TSRS,
     URDF,
+    WATCH,
+    WATCHED_DRIVE,
+    WATCHED_SCENE,
     FileKind,
 )
 from pickcli.roadmap.graph import Roadmap
@@ -54,6 +57,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "make-pallet-order": {},
     "plan-pallet": {"order_path": PALLET},
     "plan-drive": {"area_path": DRIVING_AREA},
+    "watch-zone": {"area_path": DRIVING_AREA, "watched_path": WATCHED_SCENE, "watch_name": WATCH},
     "make-stream": {"cell_name": CELL},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "perceive": {
@@ -164,6 +168,8 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
         "start: {position: [1, 1], yaw: 0}\ngoal: {position: [2, 1], yaw: 0}\n"
     )
     found[DRIVE].write_text('{"format": "apc drive", "version": 1}\n')
+    found[WATCHED_SCENE].write_text("format: apc watched scene\nversion: 1\n")
+    found[WATCHED_DRIVE].write_text('{"format": "apc watched drive", "version": 1}\n')
     found[STACKED].write_text('{"format": "apc stacked pallet", "version": 1}\n')
     tsrs = folder / "regions.tsrs"
     tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")
@@ -173,6 +179,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
         TSRS: tsrs, STRATEGY: data_path() / "strategies" / "delft.yaml",
         STACK: data_path() / "stacks" / "grasp.yaml",
         SENSOR: data_path() / "sensors" / "carmine.yaml",
+        WATCH: data_path() / "watches" / "citi_truck.yaml",
     }  # fmt: skip
 
 
@@ -234,7 +241,8 @@ def test_the_table_names_every_file_that_a_command_reads() -> None:
         paths = {
             p.name
             for p in parameters
-            if isinstance(p.type, click.Path) or p.name in ("cell_name", "strategy_name", "stack_name")
+            if isinstance(p.type, click.Path)
+            or p.name in ("cell_name", "strategy_name", "stack_name", "watch_name")
         }
         assert paths - set(WRITTEN) == set(read), command
 

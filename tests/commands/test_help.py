@@ -32,6 +32,7 @@ RANDOM = {
     "locate-pod",
     "perceive",
     "plan-drive",
+    "watch-zone",
     "plan-pallet",
     "plan-pick",
     "plan-shift",
