@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from pickcli.driving.driving_area import FloorBox
 from pickcli.geometry import Array
@@ -24,7 +25,7 @@ def pictures(of: WatchedScene, seed: int = 1) -> FlashPictures:
     return FlashRenderer(PAIR, of, 0).pictures(0.0, stands, np.random.default_rng(seed))
 
 
-def around(picture: Array, point: Array, is_right: bool) -> Array:
+def around(picture: NDArray[np.float32], point: Array, is_right: bool) -> NDArray[np.float32]:
     u, v = np.rint(PAIR.projected(point, is_right)).astype(int)
     return picture[v - 4 : v + 5, u - 8 : u + 9]
 
