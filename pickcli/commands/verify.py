@@ -11,13 +11,13 @@ from click.core import ParameterSource
 
 from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.driven_verification import verify_driven
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
 from pickcli.commands.pallet_verification import verify_pallet
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
 from pickcli.commands.stream_options import StreamOptions, stream_options
+from pickcli.commands.verified_drive import verify_driven
 from pickcli.files.file_kind import DRIVE, PLAN, STACKED, FileKind
 
 if TYPE_CHECKING:
