@@ -9,6 +9,7 @@ are least at the pose that is wanted; the method is Powell's dogleg in scipy's f
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -28,6 +29,8 @@ NOTHING = 0.7  # residual of a pixel that should show the front and in which not
 EDGE = 1.0  # px that edges are blurred
 REACH = np.array([0.15, 0.15, 0.2])  # m, m and rad that a fit may go
 DIFFERENCE = 1e-5  # m and rad, to differentiate
+LEAST_INFORMATION = 1e-6  # 1 / m^2 and 1 / rad^2, of a direction in which nothing is seen
+MOST_STEPS = 30
 TOLERANCE = 1e-5  # of the pose and of the cost, below which a fit ends
 
 
@@ -48,25 +51,6 @@ class Stage:
 
 FIRST = (Stage(0.03, 0.03, 1_500),)
 LAST = (Stage(0.012, 0.01, 3_000), Stage(0.004, 0.002, 10_000))
-
-
-@dataclass(frozen=True, eq=False)
-class FrontFit:
-    """The pallet where its front agrees best with a picture.
-
-    Attributes:
-        pose: (3,) m, m, rad of the pallet in the frame on the floor.
-        cost: Mean square of the residuals, of which each is at most 1.
-        information: (3, 3) half the second derivatives of the sum of squares: of x, y and yaw in the frame of
-            the pallet.
-        by_camera: (3, 6) motion of the pallet in its own frame by the motion of the camera that takes the
-            picture: 3 shifts in m and 3 turns about its centre in rad, in the frame on the floor.
-    """
-
-    pose: Array
-    cost: float
-    information: Array
-    by_camera: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,54 +95,8 @@ class FrontSight:
         return cls(aside, height, depth, (depth - pixels.depth) * facing, -pixels.spread * facing)
 
 
-def approached(
-    picture: DepthPicture, noise: DepthModel, shape: PalletShape, pose: Array, stages: tuple[Stage, ...]
-) -> FrontFit | None:
-    """Fit a pallet from a pose nearby.
-
-    Args:
-        picture: The picture; its world is the frame on the floor.
-        noise: How its depth is measured.
-        shape: The pallet.
-        pose: (3,) m, m, rad to begin at.
-        stages: How, one after the other.
-
-    Returns:
-        The fit; None if the front is not in the picture.
-    """
-    fit = None
-    for stage in stages:
-        pixels = FrontPixels.of(picture, noise, front_corners(shape, pose), stage.n_pixels)
-        residuals = None if pixels is None else _Residuals.of(pixels, shape, pose, stage)
-        if residuals is None:
-            return None
-        found = least_squares(
-            residuals, pose, method="dogbox", x_scale=REACH, bounds=(pose - REACH, pose + REACH),
-            xtol=TOLERANCE, ftol=TOLERANCE, gtol=None,
-        )  # fmt: skip
-        pose = found.x
-        fit = residuals.fit(pose)
-    return fit
-
-
-def front_corners(shape: PalletShape, pose: Array, beside: float = BESIDE) -> Array:
-    """Return corners of the front of a pallet.
-
-    Args:
-        shape: The pallet.
-        pose: (3,) m, m, rad where it stands.
-        beside: m beside of it that are taken in.
-
-    Returns:
-        (4, 3) m in the frame on the floor.
-    """
-    c, s, half = np.cos(pose[2]), np.sin(pose[2]), shape.width / 2 + beside
-    x, y = pose[:2] + np.array([c, s]) * shape.length / 2
-    return np.array([(x - s * v, y + c * v, z) for v in (-half, half) for z in (0.0, shape.height)])
-
-
 @dataclass(frozen=True, eq=False)
-class _Residuals:
+class FrontResiduals:
     """Two residuals of each pixel: it is off the front and should not be, it is on it and should not be."""
 
     pixels: FrontPixels
@@ -168,7 +106,7 @@ class _Residuals:
     @classmethod
     def of(
         cls, pixels: FrontPixels, shape: PalletShape, pose: Array, stage: Stage
-    ) -> _Residuals | None:
+    ) -> FrontResiduals | None:
         """Residuals of the pixels that tell where the front is; None if there are none."""
         seen = FrontSight.of(pixels, shape, pose)
         scales = np.hypot(stage.scale, SIGMAS * seen.spread)
@@ -206,23 +144,105 @@ class _Residuals:
         empty = empty * _step((self.shape.opening - seen.z) / edges)
         return np.asarray(inside * (1.0 - empty))
 
-    def fit(self, pose: Array) -> FrontFit:
-        """How the cost grows around a pose, and how the camera moves it."""
-        at = self(pose)
-        c, s = np.cos(pose[2]), np.sin(pose[2])
-        own = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) * DIFFERENCE
-        J = np.column_stack([self(pose + step) - self(pose - step) for step in own]) / (2 * DIFFERENCE)
-        moved = np.column_stack([
-            self._from(step)(pose) - self._from(-step)(pose) for step in np.eye(6) * DIFFERENCE
-        ]) / (2 * DIFFERENCE)  # fmt: skip
-        information = J.T @ J + 1e-6 * np.eye(3)
-        by_camera = -np.linalg.solve(information, J.T @ moved)
-        return FrontFit(pose, float((at**2).sum() / (len(at) / 2)), information, by_camera)
+    def moved(self, step: Array) -> FrontResiduals:
+        """Return the residuals, were the camera elsewhere.
 
-    def _from(self, step: Array) -> _Residuals:
-        """The residuals, were the camera elsewhere."""
+        Args:
+            step: (6,) m and rad: shift of the camera, and its turn about its centre.
+
+        Returns:
+            They.
+        """
         rays = self.pixels.rays @ rotation_from_vector(step[3:]).T
         return replace(self, pixels=replace(self.pixels, centre=self.pixels.centre + step[:3], rays=rays))
+
+
+@dataclass(frozen=True, eq=False)
+class FrontFit:
+    """The pallet where its front agrees best with a picture.
+
+    Attributes:
+        pose: (3,) m, m, rad of the pallet in the frame on the floor.
+        residuals: Of the pixels, by the pose.
+    """
+
+    pose: Array
+    residuals: FrontResiduals
+
+    @cached_property
+    def cost(self) -> float:
+        """Sum of squares of the two residuals of a pixel, in the mean: from 0 to 1."""
+        return float(2 * (self.residuals(self.pose) ** 2).mean())
+
+    @cached_property
+    def _slopes(self) -> Array:
+        """(2 N, 3) of the residuals by x, y and yaw in the frame of the pallet."""
+        c, s = np.cos(self.pose[2]), np.sin(self.pose[2])
+        own = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) * DIFFERENCE
+        changes = [self.residuals(self.pose + step) - self.residuals(self.pose - step) for step in own]
+        return np.column_stack(changes) / (2 * DIFFERENCE)
+
+    @cached_property
+    def information(self) -> Array:
+        """(3, 3) half the second derivatives of the sum of squares: of x, y and yaw in the pallet's frame."""
+        return np.asarray(self._slopes.T @ self._slopes + LEAST_INFORMATION * np.eye(3))
+
+    @cached_property
+    def by_camera(self) -> Array:
+        """(3, 6) motion of the pallet in its frame by that of the camera that takes the picture.
+
+        Those are 3 shifts in m, and 3 turns about its centre in rad, in the frame on the floor.
+        """
+        moved = [
+            self.residuals.moved(step)(self.pose) - self.residuals.moved(-step)(self.pose)
+            for step in DIFFERENCE * np.eye(6)
+        ]
+        slopes = np.column_stack(moved) / (2 * DIFFERENCE)
+        return np.asarray(-np.linalg.solve(self.information, self._slopes.T @ slopes))
+
+
+def approached(
+    picture: DepthPicture, noise: DepthModel, shape: PalletShape, pose: Array, stages: tuple[Stage, ...]
+) -> FrontFit | None:
+    """Fit a pallet from a pose nearby.
+
+    Args:
+        picture: The picture; its world is the frame on the floor.
+        noise: How its depth is measured.
+        shape: The pallet.
+        pose: (3,) m, m, rad to begin at.
+        stages: How, one after the other.
+
+    Returns:
+        The fit; None if the front is not in the picture.
+    """
+    for stage in stages:
+        pixels = FrontPixels.of(picture, noise, front_corners(shape, pose), stage.n_pixels)
+        residuals = None if pixels is None else FrontResiduals.of(pixels, shape, pose, stage)
+        if residuals is None:
+            return None
+        found = least_squares(
+            residuals, pose, method="dogbox", x_scale=REACH, bounds=(pose - REACH, pose + REACH),
+            xtol=TOLERANCE, ftol=TOLERANCE, gtol=None, max_nfev=MOST_STEPS,
+        )  # fmt: skip
+        pose = found.x
+    return FrontFit(pose, residuals)
+
+
+def front_corners(shape: PalletShape, pose: Array, beside: float = BESIDE) -> Array:
+    """Return corners of the front of a pallet.
+
+    Args:
+        shape: The pallet.
+        pose: (3,) m, m, rad where it stands.
+        beside: m beside of it that are taken in.
+
+    Returns:
+        (4, 3) m in the frame on the floor.
+    """
+    c, s, half = np.cos(pose[2]), np.sin(pose[2]), shape.width / 2 + beside
+    x, y = pose[:2] + np.array([c, s]) * shape.length / 2
+    return np.array([(x - s * v, y + c * v, z) for v in (-half, half) for z in (0.0, shape.height)])
 
 
 def _step(x: Array) -> Array:

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.sensors.sensor_model import DepthModel
+from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.perception.depth_picture import DepthPicture
-from pickcli.perception.pallets.front_fit import LEAST_HEIGHT, TOP, FrontSight, front_corners
+from pickcli.perception.pallets.front_fit import BESIDE, LEAST_HEIGHT, TOP, FrontSight, front_corners
 from pickcli.perception.pallets.front_pixels import FrontPixels
 from pickcli.perception.pallets.pallet_shape import PalletShape
 
@@ -29,12 +30,12 @@ class FrontShares:
     """What is seen of each part.
 
     Attributes:
-        runners: (3,) share of the pixels of each runner that shows it, of those that are not hidden; NaN where
-            too few tell anything.
+        runners: (3,) share of the pixels of each runner that shows it, of those in which something was measured
+            that does not hide it; NaN where these are too few.
         deck: (3,) likewise of the deck's edge: right, middle and left third.
-        pockets: (2,) likewise of the pockets, through which something behind the front is seen; of the pixels
-            in which something was measured.
-        visible: Share of all these pixels that something before the front does not hide.
+        pockets: (2,) likewise of the pockets, through which something behind the front is seen.
+        beside: (2,) likewise of what is right and left of the front, past which something is seen.
+        visible: Share of all pixels of runners and deck that show anything but what hides them.
         residual: m, root of the mean square of distances from the front, of the pixels that show it.
         n_pixels: How many show it.
     """
@@ -42,6 +43,7 @@ class FrontShares:
     runners: Array
     deck: Array
     pockets: Array
+    beside: Array
     visible: float
     residual: float
     n_pixels: int
@@ -49,7 +51,7 @@ class FrontShares:
     @classmethod
     def of(
         cls, picture: DepthPicture, noise: DepthModel, shape: PalletShape, pose: Array
-    ) -> FrontShares | None:
+    ) -> FrontShares:
         """Look at the front of a pallet.
 
         Args:
@@ -59,18 +61,20 @@ class FrontShares:
             pose: (3,) m, m, rad where it is said to stand.
 
         Returns:
-            The shares; None if it is not in the picture.
+            The shares.
+
+        Raises:
+            InputError: It is not in the picture.
         """
-        pixels = FrontPixels.of(picture, noise, front_corners(shape, pose, 0.0), MOST_PIXELS)
+        pixels = FrontPixels.of(picture, noise, front_corners(shape, pose), MOST_PIXELS)
         if pixels is None:
-            return None
+            raise InputError("no pallet here: what looks like its front leaves the picture")
         seen = FrontSight.of(pixels, shape, pose)
         near = ON_IT + SIGMAS * seen.spread
         is_hidden = seen.behind < -near
         is_on = (np.abs(seen.behind) <= near) & (seen.depth > 0.0)
-        is_measured = np.isfinite(seen.behind)
         is_behind = seen.behind > near + INSIDE
-        tells = ~is_hidden & (seen.depth > 0.0)
+        tells = ~is_hidden & np.isfinite(seen.behind) & (seen.depth > 0.0)
         low = (seen.z > LEAST_HEIGHT) & (seen.z < shape.opening - EDGE)
         high = (seen.z > shape.opening + EDGE) & (seen.z < shape.height - TOP)
 
@@ -78,13 +82,17 @@ class FrontShares:
             is_part = within & tells & (seen.y > y[0] + EDGE) & (seen.y < y[1] - EDGE)
             return float(of[is_part].mean()) if is_part.sum() >= LEAST_PIXELS else float("nan")
 
-        thirds = np.linspace(-shape.width / 2, shape.width / 2, 4)
-        off = seen.behind[is_on & (low | high)]
-        of_front = (low | high) & (np.abs(seen.y) < shape.width / 2)
+        half = shape.width / 2
+        ends = np.array([[-half - BESIDE, -half], [half, half + BESIDE]])
+        thirds = np.linspace(-half, half, 4)
+        is_runner = ((seen.y[:, None] > shape.columns[:, 0]) & (seen.y[:, None] < shape.columns[:, 1])).any(axis=1)
+        of_front = (high | low & is_runner) & (np.abs(seen.y) < half)
+        off = seen.behind[is_on & of_front]
         return cls(
             np.array([share(is_on, low, each) for each in shape.columns]),
             np.array([share(is_on, high, each) for each in zip(thirds[:-1], thirds[1:], strict=True)]),
-            np.array([share(is_behind, low & is_measured, each) for each in shape.pockets]),
+            np.array([share(is_behind, low, each) for each in shape.pockets]),
+            np.array([share(is_behind, low | high, each) for each in ends]),
             float((of_front & tells).sum() / max(1, of_front.sum())),
             float(np.sqrt((off**2).mean())) if len(off) else 0.0,
             len(off),

@@ -84,18 +84,16 @@ def detect_pallet(
         )
     rough = [approached(picture, noise, shape, start, FIRST) for start in starts]
     likely = sorted((fit for fit in rough if fit is not None), key=lambda fit: fit.cost)[:N_FITTED]
+    fits = [approached(picture, noise, shape, fit.pose, LAST) for fit in likely]
     reasons = []
-    for start in likely:
-        fit = approached(picture, noise, shape, start.pose, LAST)
-        shares = None if fit is None else FrontShares.of(picture, noise, shape, fit.pose)
-        if fit is None or shares is None:
-            continue
+    for fit in sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.cost):
+        shares = FrontShares.of(picture, noise, shape, fit.pose)
         fault = _doubt(fit, shares, zone)
         if fault is None:
+            error = pose_bound(fit, mount, FACTOR)
             return PalletEstimate(
-                shape, fit.pose, pose_bound(fit, mount, FACTOR), shares.residual, shares.n_pixels,
-                shares.visible,
-            )  # fmt: skip
+                shape, fit.pose, error, shares.residual, shares.n_pixels, shares.visible
+            )
         reasons.append(fault)
     where = reasons[0] if reasons else "what looks like its front is at the edge of the picture"
     raise InputError(f"no pallet here: {where}")
@@ -105,7 +103,7 @@ def _doubt(fit: FrontFit, shares: FrontShares, zone: PalletZone) -> str | None:
     """Why a fit is not the pallet; None if it is."""
     parts = (
         ("a runner", shares.runners, LEAST_PARTS), ("the edge of the deck", shares.deck, LEAST_PARTS),
-        ("a pocket", shares.pockets, len(shares.pockets)),
+        ("a pocket", shares.pockets, 1), ("an end of its front", shares.beside, 0),
     )  # fmt: skip
     for name, values, least in parts:
         known = values[np.isfinite(values)]
