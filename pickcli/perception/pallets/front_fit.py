@@ -30,7 +30,7 @@ EDGE = 1.0  # px that edges are blurred
 REACH = np.array([0.15, 0.15, 0.2])  # m, m and rad that a fit may go
 DIFFERENCE = 1e-5  # m and rad, to differentiate
 LEAST_INFORMATION = 1e-6  # 1 / m^2 and 1 / rad^2, of a direction in which nothing is seen
-MOST_STEPS = 30
+MOST_STEPS = 15
 TOLERANCE = 1e-5  # of the pose and of the cost, below which a fit ends
 
 
@@ -49,8 +49,8 @@ class Stage:
     n_pixels: int
 
 
-FIRST = (Stage(0.03, 0.03, 1_500),)
-LAST = (Stage(0.012, 0.01, 3_000), Stage(0.004, 0.002, 10_000))
+FIRST = (Stage(0.03, 0.03, 1_000),)
+LAST = (Stage(0.012, 0.01, 2_500), Stage(0.004, 0.002, 8_000))
 
 
 @dataclass(frozen=True, eq=False)

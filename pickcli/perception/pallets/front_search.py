@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import correlate1d
+from scipy.ndimage import correlate1d, maximum_filter1d
 
 from pickcli.geometry import Array
 from pickcli.perception.pallets.pallet_shape import PalletShape
@@ -21,8 +21,8 @@ FLOOR = 0.03  # m above it, from which on points are not of the floor
 BESIDE = 2  # cells beside the front that should be empty
 BESIDE_SHARE = 0.3  # what these weigh beside the pockets
 FULL = 0.5  # of the points that a face would have in a cell, with which it counts as full
-LIKELY = 0.4  # of a filter's answer, 1 for a perfect front
-N_CANDIDATES = 5
+LIKELY = 0.3  # of a filter's answer, 1 for a perfect front
+N_CANDIDATES = 6
 APART, TURNED = 0.08, np.radians(5.0)  # m and rad between candidates
 
 
@@ -90,7 +90,7 @@ def pallet_candidates(picture: ThinnedPicture, shape: PalletShape, zone: PalletZ
 def _along(
     points: Array, camera: Array, focal: float, shape: PalletShape, yaw: float
 ) -> list[tuple[float, Array]]:
-    """Answers of the filter with poses, for one direction: the best of each few cells."""
+    """Answers of the filter with poses, for one direction: its peaks along the front."""
     c, s = np.cos(yaw), np.sin(yaw)
     u, v = c * points[:, 0] + s * points[:, 1], c * points[:, 1] - s * points[:, 0]
     taps = _taps(shape)
@@ -104,13 +104,13 @@ def _along(
     expected = focal / np.maximum(squares, 0.1) * CELL * (shape.opening - FLOOR)
     full = np.minimum(counts / np.maximum(FULL * expected, 1.0)[:, None], 1.0)
     answers = correlate1d(full, taps, axis=1, mode="constant")
-    best = answers.argmax(axis=1)
+    is_peak = (answers > LIKELY) & (answers == maximum_filter1d(answers, 2 * BESIDE + 1, axis=1))
     found = []
-    for row in np.flatnonzero(answers.max(axis=1) > LIKELY):
-        front, aside = at_u[row], v_low + CELL * (best[row] + 0.5)
+    for row, column in np.argwhere(is_peak):
+        front, aside = at_u[row], v_low + CELL * (column + 0.5)
         middle = front - shape.length / 2
         pose = np.array([c * middle - s * aside, s * middle + c * aside, yaw])
-        found.append((float(answers[row, best[row]]), pose))
+        found.append((float(answers[row, column]), pose))
     return found
 
 

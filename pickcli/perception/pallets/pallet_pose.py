@@ -27,12 +27,13 @@ from pickcli.perception.pose_bound import pose_bound
 
 SEARCHED = 20_000  # pixels in which places are looked for
 N_FITTED = 3  # of them, those of least cost
+SAME = np.array([0.03, 0.03, 0.05])  # m, m and rad: less are two fits of one place apart
 FACTOR = 3.5  # of standard deviations, for the bounds: ``python -m bench.pallet_pose --calibrate``
-LEAST_SHARE = 0.6  # of each part of the front that has to be seen as it is
+LEAST_SHARE = 0.5  # of each part of the front that has to be seen as it is
 LEAST_PARTS = 2  # of three runners, and of three parts of the deck's edge
 LEAST_VISIBLE = 0.4  # of the front
-MOST_COST = 0.25  # of a fit
-LARGEST = Displacement(0.02, 0.02, float(np.radians(1.0)))  # with wider bounds too little of it is seen
+MOST_COST = 0.15  # of a fit
+LARGEST = Displacement(0.02, 0.02, float(np.radians(1.5)))  # with wider bounds too little of it is seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +84,7 @@ def detect_pallet(
             "entry side from where the sensor measures"
         )
     rough = [approached(picture, noise, shape, start, FIRST) for start in starts]
-    likely = sorted((fit for fit in rough if fit is not None), key=lambda fit: fit.cost)[:N_FITTED]
+    likely = _apart(sorted((fit for fit in rough if fit is not None), key=lambda fit: fit.cost))[:N_FITTED]
     fits = [approached(picture, noise, shape, fit.pose, LAST) for fit in likely]
     reasons = []
     for fit in sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.cost):
@@ -97,6 +98,15 @@ def detect_pallet(
         reasons.append(fault)
     where = reasons[0] if reasons else "what looks like its front is at the edge of the picture"
     raise InputError(f"no pallet here: {where}")
+
+
+def _apart(fits: list[FrontFit]) -> list[FrontFit]:
+    """Fits without those that ended where an earlier one did."""
+    kept: list[FrontFit] = []
+    for fit in fits:
+        if all((np.abs(fit.pose - other.pose) > SAME).any() for other in kept):
+            kept.append(fit)
+    return kept
 
 
 def _doubt(fit: FrontFit, shares: FrontShares, zone: PalletZone) -> str | None:
