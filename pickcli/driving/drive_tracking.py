@@ -80,6 +80,14 @@ class TrackingController:
         self.is_done = np.zeros(n_drives, dtype=bool)
         self.speed, self.steering = np.zeros(n_drives), np.zeros(n_drives)  # as commanded
 
+    def follow(self, plan: DrivePlan) -> None:
+        """Go on by another plan, which is alike up to where the drives are.
+
+        Args:
+            plan: The plan.
+        """
+        self.reference = _Reference(plan)
+
     @property
     def signs(self) -> Array:
         """(N,) 1 forwards, -1 backwards."""

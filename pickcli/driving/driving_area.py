@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pickcli.cell.shapes import Body, box
 from pickcli.driving.forks import Forks
+from pickcli.driving.steering_path import posed
 from pickcli.driving.tricycle import Tricycle
+from pickcli.driving.truck_camera import TruckCamera
 from pickcli.geometry import Array
 from pickcli.perception.pallets.pallet_shape import PalletShape
 
@@ -67,13 +69,23 @@ class StatedPallet:
         shape: Its shape.
         pose: (3,) m, m, rad: of its middle, x out of the side into which the forks go.
         load: m, height of its load, which covers all of the deck; 0 for none.
-        tolerance: (3,) m, m, rad that it may be off, either way along its own axes.
+        tolerance: (3,) m, m, rad that the real one may be off, either way along its own axes.
+        off: (3,) m, m, rad that the real one is off, in simulated pictures.
+        is_there: Whether there is a real one.
     """
 
     shape: PalletShape
     pose: Array
     load: float
     tolerance: Array
+    off: Array = field(default_factory=lambda: np.zeros(3))
+    is_there: bool = True
+
+    @property
+    def real(self) -> tuple[StatedPallet, ...]:
+        """The pallet where it really is in simulation, or none."""
+        real = replace(self, pose=posed(self.pose, self.off), off=np.zeros(3))
+        return (real,) if self.is_there else ()
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -104,7 +116,9 @@ class DrivingArea:
         margin: m that a plan keeps from walls and boxes, for errors of the controller.
         truck: The truck.
         forks: Its forks.
-        pallet: The pallet that stands in it, None for none. It is no obstacle of drives to the goal.
+        camera: Its camera, None for none.
+        pallet: A pallet that is expected in it, None for none.
+        enters: Whether the drive ends in that pallet, where the goal is.
     """
 
     low: tuple[float, float]
@@ -116,7 +130,9 @@ class DrivingArea:
     margin: float = 0.05
     truck: Tricycle = field(default_factory=Tricycle)
     forks: Forks = field(default_factory=Forks)
+    camera: TruckCamera | None = None
     pallet: StatedPallet | None = None
+    enters: bool = False
 
     def wall_distance(self, points: Array) -> Array:
         """Return the distance of points from the walls around.

@@ -96,8 +96,16 @@ class SimulatedDrives:
         }
 
 
-class _NoisyTruck:
-    """True and believed poses of many drives, (N, 3) m, m, rad."""
+class NoisyTruck:
+    """True and believed poses of many drives, (N, 3) m, m, rad.
+
+    Args:
+        truck: Figures of the truck.
+        start: (3,) m, m, rad: where all believe to start.
+        noise: Standard deviations of errors.
+        n: How many drives.
+        rng: Draws them.
+    """
 
     def __init__(
         self, truck: Tricycle, start: Array, noise: DriveNoise, n: int, rng: np.random.Generator
@@ -118,7 +126,12 @@ class _NoisyTruck:
         self.believed = self.believed + FIX_GAIN * off
 
     def move(self, steering: Array, step: Array) -> None:
-        """Move by (N,) m of signed travel at (N,) rad, as the truck acts and as odometry tells."""
+        """Move as the truck acts, and as odometry tells.
+
+        Args:
+            steering: (N,) rad.
+            step: (N,) m of signed travel.
+        """
         noise, draw = self.noise, self.rng.standard_normal
         acted = steering + self.offset + noise.steering * draw(len(step))
         self.true = self._moved(self.true, acted, step * (1 + noise.speed * draw(len(step))))
@@ -145,7 +158,7 @@ def simulate_drives(
     """
     noise = noise or DriveNoise()
     controller = TrackingController(plan, n_drives)
-    truck = _NoisyTruck(plan.area.truck, plan.area.start, noise, n_drives, derived_rng("drives", seed))
+    truck = NoisyTruck(plan.area.truck, plan.area.start, noise, n_drives, derived_rng("drives", seed))
     n_periods = int((MOST_TIME * plan.profile.duration + MORE_TIME) / PERIOD)
     fix = max(1, round(noise.fix_period / PERIOD))
     poses, speeds, steering, travel = (
