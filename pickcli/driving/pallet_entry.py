@@ -60,6 +60,26 @@ def _depth(area: DrivingArea, pallet: StatedPallet) -> float:
     return min(pallet.shape.length - INSET, area.forks.length - area.margin - HEEL_GAP)
 
 
+def plan_in_area(area: DrivingArea) -> DrivePlan:
+    """Plan the drive that an area asks for: to its goal past the pallet that is expected, or into that.
+
+    Args:
+        area: The area.
+
+    Returns:
+        The drive.
+
+    Raises:
+        InputError: The truck is at the goal already, or its forks do not fit the pallet.
+        NoPlanError: There is no way.
+    """
+    if area.pallet is None:
+        return plan_drive(area)
+    if area.enters:
+        return plan_entry(area, area.pallet)
+    return plan_drive(replace(area, boxes=(*area.boxes, area.pallet.footprint)))
+
+
 def plan_entry(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
     """Plan a drive into a pallet.
 

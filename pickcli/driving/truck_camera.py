@@ -8,7 +8,7 @@ import numpy as np
 
 from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.cell.sensors.sensor_model import SensorModel
-from pickcli.geometry import Array, inverse, pose
+from pickcli.geometry import Array, pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +45,3 @@ def floor_pose(at: Array) -> Array:
         (4, 4).
     """
     return pose((at[0], at[1], 0.0), rpy=(0.0, 0.0, float(at[2])))
-
-
-def truck_pose(T_world_camera: Array, camera: TruckCamera) -> Array:
-    """Return the pose of the truck whose camera is at a pose.
-
-    Args:
-        T_world_camera: (4, 4) pose of the camera.
-        camera: The camera.
-
-    Returns:
-        (3,) m, m, rad.
-    """
-    T = T_world_camera @ inverse(camera.T_truck_camera)
-    return np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])

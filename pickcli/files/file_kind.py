@@ -54,6 +54,7 @@ PALLET = FileKind("an order of a pallet", "apc make-pallet-order draws one")
 STACKED = FileKind("a stacked pallet", "apc plan-pallet writes one")
 DRIVING_AREA = FileKind("a driving area", "docs/formats/drive.md describes it")
 DRIVE = FileKind("a plan of a drive", "apc plan-drive writes one")
+DETECTED = FileKind("a detected pallet", "apc detect-pallet writes one")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
@@ -77,6 +78,7 @@ KINDS = (
     STACKED,
     DRIVING_AREA,
     DRIVE,
+    DETECTED,
     URDF,
     SRDF,
     JOINT_LIMITS,
@@ -98,6 +100,7 @@ _BY_FORMAT = {
     b"stacked": STACKED,
     b"driving": DRIVING_AREA,
     b"drive": DRIVE,
+    b"detected": DETECTED,
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)

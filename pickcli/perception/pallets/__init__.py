@@ -2,6 +2,6 @@
 
 A `pallet_shape` is its boards and blocks, and the front into which forks go. A `front_search` finds places
 where columns and pockets of that width alternate, a `front_fit` moves the front until each pixel shows what
-it should, on the front or through it, and `front_shares` say how much of it is seen. All of this makes a
-`pallet_pose`, which a `detected_pallet_file` keeps.
+it should, on the front or through it, and `front_shares` say how much of it is seen. All of
+this makes a `pallet_pose`.
 """
