@@ -91,7 +91,8 @@ def command(
             f"{simulated['within']} of {drives} simulated drives end {where} within 0.03 m and 1 degree, at "
             f"most {simulated['position_error']:.3f} m and {simulated['yaw_error_deg']:.2f} degrees off; "
             + (
-                f"{simulated['renewals']} changes of the path, {simulated['stopped']} stopped before it"
+                f"{simulated['renewals']} changes of the path, {simulated['stops']} stops, "
+                f"{simulated['given_up']} given up before it"
                 if area.enters
                 else f"at least {simulated['clearance']:.3f} m from everything"
             )

@@ -23,7 +23,7 @@ from pickcli.geometry import Array
 
 INSET = 0.05  # m from the tips of the forks to the far side of a pallet, at least
 HEEL_GAP = 0.01  # m beyond the margin, from their heels to its near side
-RUN_UP = 0.3  # m before the pallet, in which the tips go straight already
+RUN_UP = 0.4  # m before the pallet, in which the tips go straight already
 LEAST_STRAIGHT = 1.0  # m
 FORK_GAP = 0.02  # m beside and above the forks in the pockets, at least
 LEAST_REST = 0.5  # m of the approach that is left to be changed

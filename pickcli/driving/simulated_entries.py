@@ -2,7 +2,9 @@
 
 A picture is taken each ``LOOK_PERIOD`` from where the truck truly is. What it says is put where the truck
 believes to be, so that errors of localisation cancel as far as they stay the same. While a path is computed
-the truck goes on along the old one, which the new one leaves ``LATENCY`` later.
+the truck goes on along the old one, which the new one leaves ``LATENCY`` later. Where the path does not lead
+to where the pallet was last seen, as too little of it is left to be changed, the truck stops before its
+straight part and plans anew from there.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from pickcli.driving.area_view import take_picture
 from pickcli.driving.drive_plan import DrivePlan
 from pickcli.driving.drive_tracking import PERIOD, TrackingController
 from pickcli.driving.driving_area import DrivingArea, StatedPallet
-from pickcli.driving.pallet_entry import entered_pose, renewed_entry
+from pickcli.driving.pallet_entry import entered_pose, plan_entry, renewed_entry
 from pickcli.driving.pallet_look import look_for_pallet, seen_pallet
 from pickcli.driving.simulated_drives import (
     END_POSITION,
@@ -27,14 +29,18 @@ from pickcli.driving.simulated_drives import (
     NoisyTruck,
 )
 from pickcli.driving.steering_path import seen_from, wrapped
+from pickcli.driving.tricycle import PLANNED_SHARE
 from pickcli.driving.truck_camera import TruckCamera
-from pickcli.errors import InputError
+from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array
 from pickcli.seeds import derived_rng, derived_seed
 
 LOOK_PERIOD = 0.5  # s between two pictures
 LATENCY = 0.5  # s from a picture to the first change of the path
 CHANGED = np.array([0.002, 0.002, 0.002])  # m, m and rad, from which on a path is changed
+TRUSTED = np.array([0.01, 0.01, 0.006])  # m, m and rad, up to which the truck goes straight into the pockets
+STOP_BEFORE = 0.05  # m of travel before the straight part, where a truck comes to rest that does not go on
+MOST_STOPS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,22 +51,24 @@ class SimulatedEntry:
         off: (3,) m, m, rad: the truck at the end against where it should be in the true pallet, in the
             frame of that pose.
         n_seen: Pictures in which the pallet was found.
-        n_renewed: How often the path was changed.
-        has_stopped: Whether the truck stopped before the pallet, as it did not see it or found no path to it.
+        n_renewed: How often the path was changed while it was driven.
+        n_stops: How often the truck stopped before the straight part, and planned anew.
+        has_given_up: Whether it stayed there, as it did not see the pallet or found no path into it.
         duration: s.
     """
 
     off: Array
     n_seen: int
     n_renewed: int
-    has_stopped: bool
+    n_stops: int
+    has_given_up: bool
     duration: float
 
     @property
     def is_within(self) -> bool:
         """Whether it is in the pallet as APPLE asks."""
         is_near = np.hypot(*self.off[:2]) <= END_POSITION and abs(self.off[2]) <= END_YAW
-        return bool(is_near and not self.has_stopped)
+        return bool(is_near and not self.has_given_up)
 
 
 def simulate_entries(
@@ -98,16 +106,17 @@ def entry_figures(entries: list[SimulatedEntry]) -> dict[str, Any]:
         entries: The drives.
 
     Returns:
-        Plain values; the errors are those of the drives that did not stop.
+        Plain values; the errors are those of the drives that were not given up.
     """
-    off = np.array([each.off for each in entries if not each.has_stopped]).reshape(-1, 3)
+    off = np.array([each.off for each in entries if not each.has_given_up]).reshape(-1, 3)
     return {
         "number": len(entries),
         "within": sum(each.is_within for each in entries),
-        "stopped": sum(each.has_stopped for each in entries),
+        "given_up": sum(each.has_given_up for each in entries),
         "position_error": round(float(np.hypot(*off[:, :2].T).max(initial=0.0)), 6),
         "yaw_error_deg": round(float(np.degrees(np.abs(off[:, 2]).max(initial=0.0))), 4),
         "renewals": sum(each.n_renewed for each in entries),
+        "stops": sum(each.n_stops for each in entries),
         "duration": round(max(each.duration for each in entries), 3),
     }
 
@@ -123,33 +132,41 @@ class _Entry:
         self.area, self.camera, self.plan = area, camera, plan
         self.real, self.noise, self.rng = stated.real, noise, rng
         self.expected = replace(plan.area.pallet, tolerance=stated.tolerance)
-        self.n_seen = self.n_renewed = 0
+        self.seen: StatedPallet | None = None
+        self.n_seen = self.n_renewed = self.n_stops = 0
 
     def driven(self, seed: int) -> SimulatedEntry:
-        """Drive until the truck is in the pallet, or stops before it."""
-        start = self.plan.area.start
-        truck = NoisyTruck(self.area.truck, start, self.noise, 1, self.rng)
+        """Drive until the truck is in the pallet, or gives up before it."""
+        truck = NoisyTruck(self.area.truck, self.plan.area.start, self.noise, 1, self.rng)
         controller = TrackingController(self.plan, 1)
         fix, look = max(1, round(self.noise.fix_period / PERIOD)), round(LOOK_PERIOD / PERIOD)
-        n_periods, has_stopped = int((MOST_TIME * self.plan.profile.duration + MORE_TIME) / PERIOD), False
+        n_periods, has_given_up = int((MOST_TIME * self.plan.profile.duration + MORE_TIME) / PERIOD), False
         for k in range(n_periods):
             if k % fix == 0:
                 truck.localise()
             if k % look == 0:
                 self._look(controller, truck, derived_seed("look", seed, k))
-            has_stopped = not self.n_seen and self._is_at_straight(controller)
-            if has_stopped or controller.is_done.all():
+            controller.is_held |= self._has_to_stop(controller)
+            if controller.is_held.any() and not controller.speed.any():
+                self._look(controller, truck, derived_seed("look at rest", seed, k))
+                planned = self._planned_anew(truck)
+                if planned is None:
+                    has_given_up = True
+                    break
+                self.plan, controller = planned, TrackingController(planned, 1)
+            if controller.is_done.all():
                 break
             controller.control(truck.believed)
             truck.move(controller.steering, controller.signs * controller.speed * PERIOD)
             controller.advance()
-        return SimulatedEntry(self._off(truck), self.n_seen, self.n_renewed, has_stopped, PERIOD * k)
+        return SimulatedEntry(
+            self._off(truck), self.n_seen, self.n_renewed, self.n_stops, has_given_up, PERIOD * k
+        )
 
     def _look(self, controller: TrackingController, truck: NoisyTruck, seed: int) -> None:
-        """Take a picture; if the pallet is elsewhere than the path leads, change the path."""
-        assert self.plan.area.pallet is not None
+        """Take a picture; if the pallet is elsewhere than the path leads, change the path if it can be."""
         travel = float(controller.travel[0] + controller.speed[0] * LATENCY)
-        if travel > self._straight_at:
+        if controller.travel[0] > self._straight_at:
             return
         believed = truck.believed[0]
         try:
@@ -157,25 +174,44 @@ class _Entry:
             seen = look_for_pallet(picture, self.camera, believed, self.expected)
         except InputError:
             return
-        pallet = seen_pallet(seen, believed, self.expected)
+        self.seen = seen_pallet(seen, believed, self.expected)
         self.n_seen += 1
-        off = seen_from(self.plan.area.pallet.pose, pallet.pose)
-        off[2] = wrapped(off[2])
-        if (np.abs(off) <= CHANGED).all():
+        if controller.is_held.any() or self._leads_to(self.seen, CHANGED):
             return
-        renewed = renewed_entry(self.plan, travel, pallet)
+        renewed = renewed_entry(self.plan, travel, self.seen)
         if renewed is not None:
             self.n_renewed += 1
             self.plan = renewed
             controller.follow(renewed)
 
+    def _leads_to(self, pallet: StatedPallet, within: Array) -> bool:
+        """Whether the path leads to a pallet within m, m and rad."""
+        assert self.plan.area.pallet is not None
+        off = seen_from(self.plan.area.pallet.pose, pallet.pose)
+        off[2] = wrapped(off[2])
+        return bool((np.abs(off) <= within).all())
+
+    def _has_to_stop(self, controller: TrackingController) -> bool:
+        """Whether the truck has to brake now to stay before a pallet to which the path does not lead."""
+        speed, travel = float(controller.speed[0]), float(controller.travel[0])
+        braking = speed**2 / (2 * PLANNED_SHARE * self.area.truck.acceleration) + speed * PERIOD
+        is_near = travel + braking + STOP_BEFORE > self._straight_at > travel
+        return is_near and (self.seen is None or not self._leads_to(self.seen, TRUSTED))
+
+    def _planned_anew(self, truck: NoisyTruck) -> DrivePlan | None:
+        """A drive from where the truck rests into the pallet where it was seen; None if there is none."""
+        self.n_stops += 1
+        if self.seen is None or self.n_stops > MOST_STOPS:
+            return None
+        try:
+            return plan_entry(replace(self.area, start=truck.believed[0]), self.seen)
+        except (InputError, NoPlanError):
+            return None
+
     @property
     def _straight_at(self) -> float:
         """M of travel at which the straight part begins."""
         return self.plan.path.length - abs(self.plan.area.straight)
-
-    def _is_at_straight(self, controller: TrackingController) -> bool:
-        return bool(controller.travel[0] > self._straight_at)
 
     def _off(self, truck: NoisyTruck) -> Array:
         """(3,) of the truck against where it should be in the true pallet; far off if there is none."""
