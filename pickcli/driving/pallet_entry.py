@@ -26,7 +26,8 @@ HEEL_GAP = 0.01  # m beyond the margin, from their heels to its near side
 RUN_UP = 0.4  # m before the pallet, in which the tips go straight already
 LEAST_STRAIGHT = 1.0  # m
 FORK_GAP = 0.02  # m beside and above the forks in the pockets, at least
-LEAST_REST = 0.5  # m of the approach that is left to be changed
+BACK_OUT = 1.2  # m that a truck drives away from a pallet before it tries again
+LEAST_REST = 0.4  # m of the approach that is left to be changed
 
 
 def entered_pose(area: DrivingArea, pallet: StatedPallet) -> Array:
@@ -98,6 +99,31 @@ def plan_entry(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
     end = _end(area, pallet)
     approach = plan_drive(_approached(area, pallet, end.start))
     return _joined(area, pallet, approach, approach.path, end)
+
+
+def plan_entry_anew(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
+    """Plan a drive into a pallet from right before it: first straight away from it, if there is room.
+
+    Without that a path is short and has many cusps, on which a controller cannot follow it well.
+
+    Args:
+        area: The area, in which the truck starts before the pallet.
+        pallet: The pallet, where it is believed to stand.
+
+    Returns:
+        The drive.
+
+    Raises:
+        InputError: The forks do not fit its pockets.
+        NoPlanError: There is no way to it, or into it.
+    """
+    away = SteeringPath(area.truck, area.start, np.array([BACK_OUT]), np.zeros(2))
+    blocked = replace(area, boxes=(*area.boxes, pallet.footprint))
+    if first_encounter(blocked, away, area.margin) is not None:
+        return plan_entry(area, pallet)
+    plan = plan_entry(replace(area, start=away.end), pallet)
+    path = away.then(plan.path)
+    return replace(plan, area=replace(plan.area, start=area.start), path=path, profile=speed_profile(path))
 
 
 def renewed_entry(plan: DrivePlan, travel: float, pallet: StatedPallet) -> DrivePlan | None:

@@ -18,7 +18,7 @@ from pickcli.driving.area_view import take_picture
 from pickcli.driving.drive_plan import DrivePlan
 from pickcli.driving.drive_tracking import PERIOD, TrackingController
 from pickcli.driving.driving_area import DrivingArea, StatedPallet
-from pickcli.driving.pallet_entry import entered_pose, plan_entry, renewed_entry
+from pickcli.driving.pallet_entry import entered_pose, plan_entry_anew, renewed_entry
 from pickcli.driving.pallet_look import look_for_pallet, seen_pallet
 from pickcli.driving.simulated_drives import (
     END_POSITION,
@@ -38,9 +38,10 @@ from pickcli.seeds import derived_rng, derived_seed
 LOOK_PERIOD = 0.5  # s between two pictures
 LATENCY = 0.5  # s from a picture to the first change of the path
 CHANGED = np.array([0.002, 0.002, 0.002])  # m, m and rad, from which on a path is changed
-TRUSTED = np.array([0.01, 0.01, 0.006])  # m, m and rad, up to which the truck goes straight into the pockets
+TRUSTED = np.array([0.012, 0.012, 0.008])  # m, m and rad, up to which the truck goes straight into the pockets
 STOP_BEFORE = 0.05  # m of travel before the straight part, where a truck comes to rest that does not go on
 MOST_STOPS = 3
+N_MEANT = 5  # last pictures, over whose poses the mean is taken: localisation errs anew in each
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +134,7 @@ class _Entry:
         self.real, self.noise, self.rng = stated.real, noise, rng
         self.expected = replace(plan.area.pallet, tolerance=stated.tolerance)
         self.seen: StatedPallet | None = None
+        self.poses: list[Array] = []  # (3,) m, m, rad, as seen in each picture
         self.n_seen = self.n_renewed = self.n_stops = 0
 
     def driven(self, seed: int) -> SimulatedEntry:
@@ -174,7 +176,11 @@ class _Entry:
             seen = look_for_pallet(picture, self.camera, believed, self.expected)
         except InputError:
             return
-        self.seen = seen_pallet(seen, believed, self.expected)
+        self.poses.append(seen_pallet(seen, believed, self.expected).pose)
+        last = np.array(self.poses[-N_MEANT:])
+        turns = wrapped(last[:, 2] - last[-1, 2])
+        mean = np.array([*last[:, :2].mean(axis=0), last[-1, 2] + turns.mean()])
+        self.seen = replace(self.expected, pose=mean)
         self.n_seen += 1
         if controller.is_held.any() or self._leads_to(self.seen, CHANGED):
             return
@@ -204,7 +210,7 @@ class _Entry:
         if self.seen is None or self.n_stops > MOST_STOPS:
             return None
         try:
-            return plan_entry(replace(self.area, start=truck.believed[0]), self.seen)
+            return plan_entry_anew(replace(self.area, start=truck.believed[0]), self.seen)
         except (InputError, NoPlanError):
             return None
 
