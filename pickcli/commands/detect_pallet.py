@@ -62,14 +62,14 @@ def command(
     if at is not None and not np.isfinite(at).all():
         raise click.UsageError("--at: expected three finite numbers")
     area = read_driving_area(area_path)
+    recording = None if recorded is None else read_recording(recorded)
     if area.pallet is None or area.camera is None:
         raise InputError(f"{area_path}: states no pallet; add where one is expected")
-    if recorded is None:
+    if recording is None:
         truck = area.start if at is None else np.array(at)
         with stage("rendering"):
             picture = take_picture(area, area.camera, truck, area.pallet.real, seed)
     else:
-        recording = read_recording(recorded)
         refuse_reading(output, recording.depth)
         picture, truck = recorded_look(recording, area.camera)
     with of_file(area_path if recorded is None else recorded), stage("detection"):

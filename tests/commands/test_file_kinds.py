@@ -13,6 +13,7 @@ from pickcli.commands import main as cli
 from pickcli.files.file_kind import (
     CELL,
     DRIVE,
+    DETECTED,
     DRIVING_AREA,
     ITEMS,
     JOINT_LIMITS,
@@ -53,7 +54,8 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "make-order": {},
     "make-pallet-order": {},
     "plan-pallet": {"order_path": PALLET},
-    "plan-drive": {"area_path": DRIVING_AREA},
+    "plan-drive": {"area_path": DRIVING_AREA, "detected": DETECTED},
+    "detect-pallet": {"area_path": DRIVING_AREA, "recorded": RECORDING},
     "make-stream": {"cell_name": CELL},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "perceive": {
@@ -164,6 +166,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
         "start: {position: [1, 1], yaw: 0}\ngoal: {position: [2, 1], yaw: 0}\n"
     )
     found[DRIVE].write_text('{"format": "apc drive", "version": 1}\n')
+    found[DETECTED].write_text('{"format": "apc detected pallet", "version": 1}\n')
     found[STACKED].write_text('{"format": "apc stacked pallet", "version": 1}\n')
     tsrs = folder / "regions.tsrs"
     tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")

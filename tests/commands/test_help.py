@@ -32,6 +32,7 @@ RANDOM = {
     "locate-pod",
     "perceive",
     "plan-drive",
+    "detect-pallet",
     "plan-pallet",
     "plan-pick",
     "plan-shift",
