@@ -5,8 +5,8 @@
 A hall of 9 x 7 m with four boxes of 0.4 to 1.2 m a side, a full or half EUR pallet with or without load, and
 a start from which its entry side is 2.5 to 5 m away and less than 60 degrees aside. The true pallet is off
 the expected pose anywhere within 0.1 m, 0.1 m and 0.1 rad. The truck knows its pose with the noise of apc
-plan-drive --drives, its camera is where it should be, and it looks each half second. A drive counts if it ends within 0.03 m and 1 degree of where it should
-be in the true pallet.
+plan-drive --drives, its camera is where it should be, and it looks each half second. A drive counts if it
+ends within 0.03 m and 1 degree of where it should be in the true pallet.
 """
 
 from __future__ import annotations

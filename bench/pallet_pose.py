@@ -3,16 +3,16 @@
     python -m bench.pallet_pose [--pictures 500] [--seed 0] [--sensor carmine] [--mount]
     python -m bench.pallet_pose --pictures 400 --seed 1 --calibrate
 
-In each picture a full or half EUR pallet stands 0.6 to 2.5 m before the camera (from there to its front, along
-the floor), turned by up to 20 degrees and aside by up to a fifth of that distance. On it are nothing, a full
-load, or a few cartons, which may reach over its edges. Besides there are up to four boxes, every other time a
-pallet beside it 50 to 300 mm away, at the same line or not, and every fifth time a box before it that hides a
-part of it. The zone that is stated is off by up to 0.2 m and 10 degrees. As many pictures show none: bare
-floor, crates and boxes, also of a pallet's size, a box on two beams, a table with four legs, runners as those
-of a pallet of 0.6 m or 1.0 m width, the long side of a pallet, open bins, heaps. A pallet is missed if it is not
-found or is more than 50 mm off, which is false, too. With ``--mount`` the camera is off its stated pose within
-2 mm and 2 mrad. Times are processor time of one thread, of the detection alone. ``--calibrate`` fits the
-factor of the bounds, as bench.pod_pose does.
+In each picture a full or half EUR pallet stands 0.6 to 2.5 m before the camera (from there to its front,
+along the floor), turned by up to 20 degrees and aside by up to a fifth of that distance. On it are nothing, a
+full load, or a few cartons, which may reach over its edges. Besides there are up to four boxes, every other
+time a pallet beside it 50 to 300 mm away, at the same line or not, and every fifth time a box before it that
+hides a part of it. The zone that is stated is off by up to 0.2 m and 10 degrees. As many pictures show none:
+bare floor, crates and boxes, also of a pallet's size, a box on two beams, a table with four legs, runners as
+those of a pallet of 0.6 m or 1.0 m width, the long side of a pallet, open bins, heaps. A pallet is missed if
+it is not found or is more than 50 mm off, which is false, too. With ``--mount`` the camera is off its stated
+pose within 2 mm and 2 mrad. Times are processor time of one thread, of the detection alone. ``--calibrate`` fits
+the factor of the bounds, as bench.pod_pose does.
 """
 
 from __future__ import annotations
@@ -106,12 +106,16 @@ def clutter(rng: np.random.Generator, shape: PalletShape, at: Array) -> list[Flo
         place, size = at[:2] + rng.uniform(-1.8, 1.8, 2), rng.uniform(0.1, 0.6, 2)
         local = np.abs(seen_from(at, np.array([*place, 0.0]))[:2])
         if (local > np.array([shape.length, shape.width]) / 2 + 0.45).any() and place[0] < -0.5:
-            boxes.append(FloorBox("box", tuple(place), tuple(size), rng.uniform(0, 3), rng.uniform(0.05, 1.2)))
+            boxes.append(
+                FloorBox("box", tuple(place), tuple(size), rng.uniform(0, 3), rng.uniform(0.05, 1.2))
+            )
     if rng.random() < 0.2:
         size = rng.uniform(0.05, 0.2, 2)
         local = np.array([shape.length / 2 + 0.15 + rng.uniform(0.0, 0.3), rng.uniform(-0.5, 0.5), 0.0])
         place = posed(at, local)
-        boxes.append(FloorBox("before", tuple(place[:2]), tuple(size), rng.uniform(0, 3), rng.uniform(0.05, 0.3)))
+        boxes.append(
+            FloorBox("before", tuple(place[:2]), tuple(size), rng.uniform(0, 3), rng.uniform(0.05, 0.3))
+        )
     return boxes
 
 
@@ -134,7 +138,7 @@ def another(what: str, shape: PalletShape, at: Array, rng: np.random.Generator) 
         other = replace(shape, width=0.6 if what == "narrow" else 1.0, deck=(0.1, 0.1, 0.1))
         return placed(other.bodies, at)
     if what == "long side":
-        return placed(EUR_FULL.bodies, at + [0.0, 0.0, np.pi / 2])
+        return placed(EUR_FULL.bodies, at + np.array([0.0, 0.0, np.pi / 2]))
     bodies: list[Body] = []
     if what in ("crate", "flat box"):
         size = np.array([half, side]) if rng.random() < 0.5 else rng.uniform(0.15, 0.6, 2)

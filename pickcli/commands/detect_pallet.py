@@ -84,5 +84,6 @@ def command(
     click.echo(
         f"{found.kind} pallet at {x:.3f}, {y:.3f} m and {np.degrees(yaw):.2f} degrees; within "
         f"{1e3 * bounds.x:.1f} mm along, {1e3 * bounds.y:.1f} mm across and {np.degrees(bounds.yaw):.2f} "
-        f"degrees; {found.visible:.0%} of its front visible, {1e3 * found.residual:.1f} mm off its plane: {output}"
+        f"degrees; {found.visible:.0%} of its front visible, {1e3 * found.residual:.1f} mm off its plane: "
+        f"{output}"
     )

@@ -53,9 +53,7 @@ def take_picture(
     return DepthPicture(taken.camera, camera.T_truck_camera, taken.depth)
 
 
-def _solids(
-    area: DrivingArea, truck: Array, pallets: tuple[StatedPallet, ...]
-) -> Iterator[RenderedSolid]:
+def _solids(area: DrivingArea, truck: Array, pallets: tuple[StatedPallet, ...]) -> Iterator[RenderedSolid]:
     (x, y), (far_x, far_y) = area.low, area.high
     around = (
         box("floor", (x, y, -FLOOR), (far_x, far_y, 0.0)),

@@ -1,4 +1,4 @@
-"""Reads and writes what a picture of the truck's camera says of a pallet, as JSON. See docs/formats/drive.md."""
+"""Reads and writes what a picture from a truck says of a pallet, as JSON. See docs/formats/drive.md."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pickcli.driving.steering_path import posed, seen_from, wrapped
 from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import DETECTED
-from pickcli.files.schema import Angle, Coordinate, FileModel, Text, validate
+from pickcli.files.schema import Coordinate, FileModel, Text, validate
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.geometry import Array
 from pickcli.perception.pallets.pallet_pose import PalletEstimate
@@ -183,7 +183,9 @@ def with_detected(area: DrivingArea, found: DetectedPallet, area_path: Path) -> 
     if pallet is None or not area.enters:
         raise InputError(f"{area_path}: the drive does not end in a pallet; state one, and leave goal out")
     if pallet.shape.name != found.kind:
-        raise InputError(f"{area_path}: expects a {pallet.shape.name} pallet, a {found.kind} one was detected")
+        raise InputError(
+            f"{area_path}: expects a {pallet.shape.name} pallet, a {found.kind} one was detected"
+        )
     off = seen_from(pallet.pose, found.pose_in_area)
     off[2] = wrapped(off[2])
     if (np.abs(off) > pallet.tolerance).any():

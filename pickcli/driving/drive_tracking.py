@@ -137,7 +137,9 @@ class TrackingController:
     def advance(self) -> None:
         """Count the travel of a period; go on to the next part, or end, where the truck rests at an end."""
         self.travel = self.travel + self.speed * PERIOD
-        is_over = ~self.is_held & (self.speed == 0) & (self.reference.ends[self.part] - self.travel <= STOPPED)
+        is_over = (
+            ~self.is_held & (self.speed == 0) & (self.reference.ends[self.part] - self.travel <= STOPPED)
+        )
         is_last = self.part == len(self.reference.ends) - 1
         self.is_done |= is_over & is_last
         goes_on = is_over & ~is_last

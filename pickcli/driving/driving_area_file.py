@@ -112,9 +112,7 @@ class ForksModel(FileModel):
 class TruckMountErrorModel(FileModel):
     """Bounds of the error of a camera's pose on the truck."""
 
-    position: Annotated[float, Field(ge=0, le=0.05)] = Field(
-        TruckCamera.error.position, description="m"
-    )
+    position: Annotated[float, Field(ge=0, le=0.05)] = Field(TruckCamera.error.position, description="m")
     angle: Annotated[float, Field(ge=0, le=0.1)] = Field(TruckCamera.error.angle, description="rad")
 
 
@@ -159,9 +157,7 @@ class PalletModel(FileModel):
         """The pallet as a value."""
         shape = replace(PALLETS[self.kind], block_height=self.block_height)
         at = np.array([*self.position, self.yaw])
-        return StatedPallet(
-            shape, at, self.load, np.array(self.tolerance), np.array(self.off), self.there
-        )
+        return StatedPallet(shape, at, self.load, np.array(self.tolerance), np.array(self.off), self.there)
 
 
 class DrivingAreaModel(FileModel):
@@ -202,7 +198,8 @@ class DrivingAreaModel(FileModel):
         if self.goal is not None:
             goal, straight = np.array([*self.goal.position, self.goal.yaw]), self.goal.straight
         area = DrivingArea(
-            (low[0], low[1]), (high[0], high[1]), tuple(each.box for each in self.boxes), start, goal, straight, self.margin,
+            (low[0], low[1]), (high[0], high[1]), tuple(each.box for each in self.boxes), start, goal,
+            straight, self.margin,
             Tricycle(**dict(self.truck)), Forks(**dict(self.forks)),
             TruckCamera(sensor, (x, y, z), seen.pitch, error), pallet, self.goal is None,
         )  # fmt: skip

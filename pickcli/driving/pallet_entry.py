@@ -40,7 +40,9 @@ def entered_pose(area: DrivingArea, pallet: StatedPallet) -> Array:
     Returns:
         (3,) m, m, rad.
     """
-    return posed(pallet.pose, np.array([pallet.shape.length / 2 - _depth(area, pallet) + area.truck.back, 0, 0]))
+    return posed(
+        pallet.pose, np.array([pallet.shape.length / 2 - _depth(area, pallet) + area.truck.back, 0, 0])
+    )
 
 
 def straight_length(area: DrivingArea, pallet: StatedPallet) -> float:
@@ -193,5 +195,6 @@ def _refuse_forks(area: DrivingArea, pallet: StatedPallet) -> None:
         )
     if forks.height + FORK_GAP / 2 > shape.opening:
         raise InputError(
-            f"the forks, {forks.height:g} m high, do not fit the pockets, {shape.opening:g} m; state lower ones"
+            f"the forks, {forks.height:g} m high, do not fit the pockets, {shape.opening:g} m; "
+            "state lower ones"
         )

@@ -38,7 +38,9 @@ from pickcli.seeds import derived_rng, derived_seed
 LOOK_PERIOD = 0.5  # s between two pictures
 LATENCY = 0.5  # s from a picture to the first change of the path
 CHANGED = np.array([0.002, 0.002, 0.002])  # m, m and rad, from which on a path is changed
-TRUSTED = np.array([0.012, 0.012, 0.008])  # m, m and rad, up to which the truck goes straight into the pockets
+TRUSTED = np.array(
+    [0.012, 0.012, 0.008]
+)  # m, m and rad, up to which the truck goes straight into the pockets
 STOP_BEFORE = 0.05  # m of travel before the straight part, where a truck comes to rest that does not go on
 MOST_STOPS = 3
 N_MEANT = 5  # last pictures, over whose poses the mean is taken: localisation errs anew in each
@@ -126,8 +128,8 @@ class _Entry:
     """One drive."""
 
     def __init__(
-        self, area: DrivingArea, camera: TruckCamera, plan: DrivePlan, stated: StatedPallet, noise: DriveNoise,
-        rng: np.random.Generator,
+        self, area: DrivingArea, camera: TruckCamera, plan: DrivePlan, stated: StatedPallet,
+        noise: DriveNoise, rng: np.random.Generator,
     ) -> None:  # fmt: skip
         assert plan.area.pallet is not None
         self.area, self.camera, self.plan = area, camera, plan

@@ -10,6 +10,8 @@ from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.geometry import Array, pose
 
+USUAL_ERROR = MountError(0.002, 0.002)
+
 
 @dataclass(frozen=True, eq=False)
 class TruckCamera:
@@ -25,7 +27,7 @@ class TruckCamera:
     model: SensorModel
     position: tuple[float, float, float] = (0.85, 0.0, 0.5)
     pitch: float = 0.5
-    error: MountError = MountError(0.002, 0.002)
+    error: MountError = USUAL_ERROR
 
     @property
     def T_truck_camera(self) -> Array:

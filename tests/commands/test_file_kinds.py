@@ -12,8 +12,8 @@ from pickcli.cell.data_path import data_path
 from pickcli.commands import main as cli
 from pickcli.files.file_kind import (
     CELL,
-    DRIVE,
     DETECTED,
+    DRIVE,
     DRIVING_AREA,
     ITEMS,
     JOINT_LIMITS,

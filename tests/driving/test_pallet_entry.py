@@ -21,7 +21,8 @@ from pickcli.perception.pallets.pallet_shape import EUR_FULL
 CAMERA = TruckCamera(read_sensor(sensor_file("carmine")))
 PALLET = StatedPallet(EUR_FULL, np.array([2.0, 3.5, 0.1]), 0.5, np.array([0.06, 0.06, 0.06]))
 AREA = DrivingArea(
-    (0.0, 0.0), (9.0, 7.0), (), np.array([6.8, 2.4, 0.3]), np.zeros(3), camera=CAMERA, pallet=PALLET, enters=True
+    (0.0, 0.0), (9.0, 7.0), (), np.array([6.8, 2.4, 0.3]), np.zeros(3), camera=CAMERA,
+    pallet=PALLET, enters=True,
 )  # fmt: skip
 
 

@@ -104,9 +104,7 @@ class FrontResiduals:
     stage: Stage
 
     @classmethod
-    def of(
-        cls, pixels: FrontPixels, shape: PalletShape, pose: Array, stage: Stage
-    ) -> FrontResiduals | None:
+    def of(cls, pixels: FrontPixels, shape: PalletShape, pose: Array, stage: Stage) -> FrontResiduals | None:
         """Residuals of the pixels that tell where the front is; None if there are none."""
         seen = FrontSight.of(pixels, shape, pose)
         scales = np.hypot(stage.scale, SIGMAS * seen.spread)
@@ -216,6 +214,7 @@ def approached(
     Returns:
         The fit; None if the front is not in the picture.
     """
+    residuals: FrontResiduals | None = None
     for stage in stages:
         pixels = FrontPixels.of(picture, noise, front_corners(shape, pose), stage.n_pixels)
         residuals = None if pixels is None else FrontResiduals.of(pixels, shape, pose, stage)
@@ -226,7 +225,7 @@ def approached(
             xtol=TOLERANCE, ftol=TOLERANCE, gtol=None, max_nfev=MOST_STEPS,
         )  # fmt: skip
         pose = found.x
-    return FrontFit(pose, residuals)
+    return None if residuals is None else FrontFit(pose, residuals)
 
 
 def front_corners(shape: PalletShape, pose: Array, beside: float = BESIDE) -> Array:

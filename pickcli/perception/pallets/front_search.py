@@ -76,7 +76,7 @@ def pallet_candidates(picture: ThinnedPicture, shape: PalletShape, zone: PalletZ
         focal = picture.camera.fx * picture.camera.fy
         for yaw in zone.pose[2] + TURN * np.arange(-n_turns, n_turns + 1):
             found += _along(points, camera, focal, shape, float(yaw))
-    wide = PalletZone(zone.pose, zone.tolerance + [CELL, CELL, TURN])
+    wide = PalletZone(zone.pose, zone.tolerance + np.array([CELL, CELL, TURN]))
     kept: list[Array] = []
     for _, pose in sorted(found, key=lambda each: -each[0]):
         is_other = all(

@@ -32,9 +32,9 @@ class FrontShares:
     """What is seen of each part.
 
     Attributes:
-        runners: (3,) share of the pixels of each runner that shows it, of those in which something was measured
-            that does not hide it; NaN where too little is not hidden. Where nothing is measured it is 0: a
-            runner faces the camera, and would be.
+        runners: (3,) share of the pixels of each runner that shows it, of those in which something was
+            measured that does not hide it; NaN where too little is not hidden. Where nothing is
+            measured it is 0: a runner faces the camera, and would be.
         deck: (3,) likewise of the deck's edge: right, middle and left third.
         pockets: (2,) share of the pixels of each pocket in which something behind the front was measured, of
             those in which anything was that does not hide it; NaN where these are too few.
@@ -53,9 +53,7 @@ class FrontShares:
     n_pixels: int
 
     @classmethod
-    def of(
-        cls, picture: DepthPicture, noise: DepthModel, shape: PalletShape, pose: Array
-    ) -> FrontShares:
+    def of(cls, picture: DepthPicture, noise: DepthModel, shape: PalletShape, pose: Array) -> FrontShares:
         """Look at the front of a pallet.
 
         Args:
@@ -93,7 +91,9 @@ class FrontShares:
         half = shape.width / 2
         ends = np.array([[-half - BESIDE, -half], [half, half + BESIDE]])
         thirds = np.linspace(-half, half, 4)
-        is_runner = ((seen.y[:, None] > shape.columns[:, 0]) & (seen.y[:, None] < shape.columns[:, 1])).any(axis=1)
+        is_runner = ((seen.y[:, None] > shape.columns[:, 0]) & (seen.y[:, None] < shape.columns[:, 1])).any(
+            axis=1
+        )
         of_front = (high | low & is_runner) & (np.abs(seen.y) < half)
         off = seen.behind[is_on & of_front]
         return cls(

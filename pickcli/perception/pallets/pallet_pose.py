@@ -92,9 +92,7 @@ def detect_pallet(
         fault = _doubt(fit, shares, zone)
         if fault is None:
             error = pose_bound(fit, mount, FACTOR)
-            return PalletEstimate(
-                shape, fit.pose, error, shares.residual, shares.n_pixels, shares.visible
-            )
+            return PalletEstimate(shape, fit.pose, error, shares.residual, shares.n_pixels, shares.visible)
         reasons.append(fault)
     where = reasons[0] if reasons else "what looks like its front is at the edge of the picture"
     raise InputError(f"no pallet here: {where}")

@@ -71,9 +71,7 @@ class PalletShape:
                 for k, (back, front) in enumerate(rows)
             ]
         for k, (back, front) in enumerate(rows):
-            found.append(
-                box(f"across {k}", (back, -self.width / 2, low), (front, self.width / 2, high))
-            )
+            found.append(box(f"across {k}", (back, -self.width / 2, low), (front, self.width / 2, high)))
         for i, (right, left) in enumerate(_spread(self.deck, self.width)):
             found.append(box(f"deck {i}", (-half, right, high), (half, left, self.height)))
         return tuple(found)
@@ -87,6 +85,6 @@ def _spread(widths: tuple[float, ...], whole: float) -> Array:
 
 
 EUR_FULL = PalletShape()
-# Of half pallets (EUR 6) there are several patterns; forks of a truck for full ones go into the side of 0.8 m.
+# Of half pallets (EUR 6) there are several patterns; forks for full ones go into the side of 0.8 m.
 EUR_HALF = PalletShape("half", length=0.6, along=(0.1, 0.1, 0.1))
 PALLETS = {shape.name: shape for shape in (EUR_FULL, EUR_HALF)}

@@ -98,7 +98,7 @@ def test_bare_floor_and_other_widths_are_no_pallet() -> None:
 
 def test_a_pallet_beyond_the_zone_is_not_the_one_that_is_expected() -> None:
     with pytest.raises(InputError, match="no pallet here"):
-        found(picture(pallet(PLACE + [0.0, 0.9, 0.0])))
+        found(picture(pallet(PLACE + np.array([0.0, 0.9, 0.0]))))
 
 
 def test_a_picture_in_another_unit_is_refused() -> None:
