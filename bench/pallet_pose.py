@@ -11,8 +11,8 @@ hides a part of it. The zone that is stated is off by up to 0.2 m and 10 degrees
 bare floor, crates and boxes, also of a pallet's size, a box on two beams, a table with four legs, runners as
 those of a pallet of 0.6 m or 1.0 m width, the long side of a pallet, open bins, heaps. A pallet is missed if
 it is not found or is more than 50 mm off, which is false, too. With ``--mount`` the camera is off its stated
-pose within 2 mm and 2 mrad. Times are processor time of one thread, of the detection alone. ``--calibrate`` fits
-the factor of the bounds, as bench.pod_pose does.
+pose within 2 mm and 2 mrad. Times are processor time of one thread, of the detection alone. ``--calibrate``
+fits the factor of the bounds, as bench.pod_pose does.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ from pickcli.driving.truck_camera import TruckCamera, floor_pose
 from pickcli.errors import InputError
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.perception.depth_picture import DepthPicture, measure_depth
+from pickcli.perception.floor_pose_bound import ROUNDING
 from pickcli.perception.pallets.front_search import PalletZone
 from pickcli.perception.pallets.pallet_pose import PalletEstimate, detect_pallet
 from pickcli.perception.pallets.pallet_shape import EUR_FULL, EUR_HALF, PalletShape
 from pickcli.perception.pod_pose import EXACT
-from pickcli.perception.pose_bound import ROUNDING
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene, RenderedSolid
 
 DISTANCE, ASIDE, TURNED = (0.6, 2.5), 0.2, np.radians(20.0)  # m, of the distance, and rad

@@ -48,7 +48,7 @@ COMMANDS: dict[str, str] = {
     "plan-stow": "Plan one stow: take an item out of the tote, and set it down in a bin.",
     "make-pallet-order": "Draw a random order of cartons on a pallet.",
     "plan-pallet": "Plan where each carton of an order stands on its pallet, and in which sequence.",
-    "detect-pallet": "Find the pose of a pallet in a depth picture of a truck, with bounds of the error.",
+    "detect-pallet": "Find the pallet that an area expects in one depth picture, with bounds of the error.",
     "plan-drive": "Plan how a truck drives from its start to its goal, past everything.",
     "plan-move": "Plan a move between two configurations.",
     "verify": "Check a plan, a stacked pallet or a drive with the independent verifier.",

@@ -76,7 +76,7 @@ class DetectedPallet:
         return np.array([x, y, float(wrapped(yaw))])
 
 
-class BoundsModel(FileModel):
+class PalletBoundsModel(FileModel):
     """Bounds of the error of a pose, in its own frame."""
 
     x: Bound = Field(description="m")
@@ -94,7 +94,7 @@ class DetectedPalletModel(FileModel):
     truck: Pose = Field(description="m, m, rad: where the truck was believed to be in the area")
     in_truck: Pose = Field(description="m, m, rad of the pallet in the frame of the truck")
     in_area: Pose = Field(description="m, m, rad of the pallet in the area")
-    error: BoundsModel = Field(description="bounds of the error, in the frame of the pallet")
+    error: PalletBoundsModel = Field(description="bounds of the error, in the frame of the pallet")
     residual: Annotated[float, Field(ge=0, le=1)] = Field(description="m, from its front")
     visible: Annotated[float, Field(ge=0, le=1)] = Field(description="share of its front")
     pixels: Annotated[int, Field(ge=0)] = Field(description="number of pixels of its front")

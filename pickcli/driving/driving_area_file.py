@@ -134,7 +134,7 @@ class TruckCameraModel(FileModel):
 Off = Annotated[float, Field(ge=-0.5, le=0.5)]  # m or rad
 
 
-class PalletModel(FileModel):
+class StatedPalletModel(FileModel):
     """A pallet that is expected."""
 
     position: Point = Field(description="m, of its middle")
@@ -179,7 +179,7 @@ class DrivingAreaModel(FileModel):
     truck: TruckModel = Field(TruckModel(), description="figures of the truck")
     forks: ForksModel = Field(ForksModel(), description="figures of its forks")
     camera: TruckCameraModel = Field(TruckCameraModel(), description="its camera")
-    pallet: PalletModel | None = Field(None, description="a pallet that is expected")
+    pallet: StatedPalletModel | None = Field(None, description="a pallet that is expected")
 
     def area(self, sensor: SensorModel) -> DrivingArea:
         """Return the area as a value.

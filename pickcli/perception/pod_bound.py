@@ -1,7 +1,7 @@
 """Bounds of the error of the pod's estimated pose: within them are 99 of 100, or should be.
 
-The factor of a `pose_bound` is one for all sensors and views: that of the sensor that needs most, by which
-99.5 % of the poses of drawn pods had all their errors within
+The factor of a `floor_pose_bound` is one for all sensors and views: that of the sensor that needs most, by
+which 99.5 % of the poses of drawn pods had all their errors within
 (``python -m bench.pod_pose --shifts 200 --seed 1 --calibrate``).
 """
 
@@ -12,8 +12,8 @@ import numpy as np
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.geometry import Array
+from pickcli.perception.floor_pose_bound import ROUNDING, pose_bound
 from pickcli.perception.pod_fit import PodFit
-from pickcli.perception.pose_bound import ROUNDING, pose_bound
 
 FACTOR = 2.5  # of standard deviations
 

@@ -35,7 +35,7 @@ TOLERANCE = 1e-5  # of the pose and of the cost, below which a fit ends
 
 
 @dataclass(frozen=True)
-class Stage:
+class FitStage:
     """How finely a fit looks.
 
     Attributes:
@@ -49,8 +49,8 @@ class Stage:
     n_pixels: int
 
 
-FIRST = (Stage(0.03, 0.03, 1_000),)
-LAST = (Stage(0.012, 0.01, 2_500), Stage(0.004, 0.002, 8_000))
+FIRST = (FitStage(0.03, 0.03, 1_000),)
+LAST = (FitStage(0.012, 0.01, 2_500), FitStage(0.004, 0.002, 8_000))
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,11 +101,23 @@ class FrontResiduals:
 
     pixels: FrontPixels
     shape: PalletShape
-    stage: Stage
+    stage: FitStage
 
     @classmethod
-    def of(cls, pixels: FrontPixels, shape: PalletShape, pose: Array, stage: Stage) -> FrontResiduals | None:
-        """Residuals of the pixels that tell where the front is; None if there are none."""
+    def of(
+        cls, pixels: FrontPixels, shape: PalletShape, pose: Array, stage: FitStage
+    ) -> FrontResiduals | None:
+        """Take the pixels that tell where a front is.
+
+        Args:
+            pixels: Pixels around it.
+            shape: The pallet.
+            pose: (3,) m, m, rad where it may stand.
+            stage: How finely it is looked at.
+
+        Returns:
+            Their residuals; None if no pixel tells anything.
+        """
         seen = FrontSight.of(pixels, shape, pose)
         scales = np.hypot(stage.scale, SIGMAS * seen.spread)
         tells = (
@@ -200,7 +212,7 @@ class FrontFit:
 
 
 def approached(
-    picture: DepthPicture, noise: DepthModel, shape: PalletShape, pose: Array, stages: tuple[Stage, ...]
+    picture: DepthPicture, noise: DepthModel, shape: PalletShape, pose: Array, stages: tuple[FitStage, ...]
 ) -> FrontFit | None:
     """Fit a pallet from a pose nearby.
 

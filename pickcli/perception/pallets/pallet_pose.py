@@ -17,13 +17,13 @@ from pickcli.cell.sensors.sensor_model import DepthModel
 from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.perception.depth_picture import DepthPicture
+from pickcli.perception.floor_pose_bound import pose_bound
 from pickcli.perception.pallets.front_fit import FIRST, LAST, FrontFit, approached
 from pickcli.perception.pallets.front_search import PalletZone, pallet_candidates
 from pickcli.perception.pallets.front_shares import FrontShares
 from pickcli.perception.pallets.pallet_shape import PalletShape
 from pickcli.perception.pod_fit import ThinnedPicture
 from pickcli.perception.pod_pose import EXACT, check_picture
-from pickcli.perception.pose_bound import pose_bound
 
 SEARCHED = 20_000  # pixels in which places are looked for
 N_FITTED = 3  # of them, those of least cost

@@ -60,7 +60,7 @@ class PalletShape:
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
-        """Its boards and blocks, in its frame."""
+        """Boards and blocks in the frame of the pallet."""
         half, low, high = self.length / 2, self.opening, self.opening + self.board
         rows = _spread(self.along, self.length)
         found = []
