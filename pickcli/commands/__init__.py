@@ -11,7 +11,6 @@ Read in this order:
   many.
 - Content and checks of files: `inspect`, `show`, `show_strategy` and `check`.
 - Pallets: `make_pallet_order`, `plan_pallet` and `pallet_verification`; trucks: `plan_drive`,
-- Pallets: `make_pallet_order`, `plan_pallet` and `pallet_verification`; trucks: `plan_drive`,
   `drive_verification` and `detect_pallet`.
 - Items: `show_grasps`, `show_envelope` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
