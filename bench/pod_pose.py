@@ -34,7 +34,7 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import DepthPicture, measure_depth
-from pickcli.perception.pod_bound import ROUNDING
+from pickcli.perception.floor_pose_bound import ROUNDING
 from pickcli.perception.pod_pose import EXACT, check_picture, fit_pod, front_of, locate_pod, refuse_doubtful
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
 from pickcli.scene.scene import PlacedItem, Scene, empty_scene

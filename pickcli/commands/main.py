@@ -48,6 +48,7 @@ COMMANDS: dict[str, str] = {
     "plan-stow": "Plan one stow: take an item out of the tote, and set it down in a bin.",
     "make-pallet-order": "Draw a random order of cartons on a pallet.",
     "plan-pallet": "Plan where each carton of an order stands on its pallet, and in which sequence.",
+    "detect-pallet": "Find the pallet that an area expects in one depth picture, with bounds of the error.",
     "plan-drive": "Plan how a truck drives from its start to its goal, past everything.",
     "watch-zone": "Play a drive past people, and report whom the truck sees and when it brakes.",
     "plan-move": "Plan a move between two configurations.",

@@ -24,6 +24,9 @@ MOST_DRIVES = 2000
               help="Number of simulated drives with noise, of which the end poses are told.")  # fmt: skip
 @click.option("--picture", type=PATH, metavar="FILE",
               help="Draw the drive from above, too, as .svg.")  # fmt: skip
+@click.option("--detected", "detected", type=PATH, metavar="FILE.json",
+              help="Drive into the pallet where apc detect-pallet saw it, instead of where the area "
+                   "expects it.")  # fmt: skip
 @output_option("drive")
 @seed_option
 @json_option
@@ -31,6 +34,7 @@ def command(
     area_path: Path,
     drives: int,
     picture: Path | None,
+    detected: Path | None,
     output: Path,
     overwrite: bool,
     seed: int,
@@ -39,43 +43,59 @@ def command(
     """Plan how a truck drives from its start to its goal, past everything.
 
     A path on a lattice is smoothed and timed; the truck is proven to keep the margin of the area all along.
+    In an area with a pallet and no goal it drives into the pallet, the last part straight; simulated drives
+    look at the pallet on the way, change the path each time, and are judged by where it truly stands.
     The seed is that of the simulated drives. Exit code 5 when there is no path on the lattice.
 
     \b
     Example:
       apc plan-drive hall.yaml -o drive.json
+      apc plan-drive dock.yaml --detected detected.json --drives 20 -o drive.json
       apc plan-drive hall.yaml --drives 100 --seed 3 --picture drive.svg -o drive.json
     """
-    from pickcli.driving.drive_plan import plan_drive
+    from pickcli.driving.detected_pallet_file import read_detected, with_detected
     from pickcli.driving.drive_plan_file import figures, write_drive_plan
     from pickcli.driving.drive_svg import drive_svg
     from pickcli.driving.driving_area_file import read_driving_area
+    from pickcli.driving.pallet_entry import plan_in_area
     from pickcli.driving.simulated_drives import simulate_drives
+    from pickcli.driving.simulated_entries import entry_figures, simulate_entries
     from pickcli.files.atomic_write import write_text
 
-    refuse_output(output, overwrite, area_path)
+    refuse_output(output, overwrite, area_path, detected)
     if picture is not None:
         refuse_suffix(picture, (".svg",), "a picture of a drive")
-        refuse_output(picture, overwrite, area_path, output)
+        refuse_output(picture, overwrite, area_path, detected, output)
     area = read_driving_area(area_path)
+    if detected is not None:
+        area = with_detected(area, read_detected(detected), area_path)
     with stage("planning"):
-        plan = plan_drive(area)
+        plan = plan_in_area(area)
     write_drive_plan(output, plan, overwrite)
     if picture is not None:
         write_text(picture, drive_svg(plan), overwrite)
     simulated: dict[str, Any] = {}
     if drives:
         with stage("simulated drives"):
-            simulated = simulate_drives(plan, drives, seed).figures
+            if area.enters:
+                simulated = entry_figures(simulate_entries(area, plan, drives, seed))
+            else:
+                simulated = simulate_drives(plan, drives, seed).figures
     if as_json:
         emit_json({"path": str(output), **figures(plan), **({"drives": simulated} if drives else {})})
         return
     click.echo(f"{_text(plan)}: {output}")
     if drives:
+        where = "in the true pallet" if area.enters else "at the goal"
         click.echo(
-            f"{simulated['within']} of {drives} simulated drives end within 0.03 m and 1 degree, at most "
-            f"{simulated['position_error']:.3f} m and {simulated['yaw_error_deg']:.2f} degrees off; at least "
-            f"{simulated['clearance']:.3f} m from everything"
+            f"{simulated['within']} of {drives} simulated drives end {where} within 0.03 m and 1 degree, at "
+            f"most {simulated['position_error']:.3f} m and {simulated['yaw_error_deg']:.2f} degrees off; "
+            + (
+                f"{simulated['renewals']} changes of the path, {simulated['stops']} stops, "
+                f"{simulated['given_up']} given up before it"
+                if area.enters
+                else f"at least {simulated['clearance']:.3f} m from everything"
+            )
         )
 
 

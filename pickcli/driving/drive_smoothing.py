@@ -45,6 +45,7 @@ class _Shape:
 
     signs: Array  # (S,) 1 forwards, -1 backwards
     counts: NDArray[np.intp]  # (S,) steps of each part
+    first: float  # rad of steering at the start; at the end it is 0
 
     @classmethod
     def of(cls, path: SteeringPath) -> tuple[_Shape, Array]:
@@ -52,7 +53,7 @@ class _Shape:
         ends = np.array([0, *path.cusps.tolist(), len(path.steps)])
         lengths = np.diff(path.knots[ends])
         counts = np.maximum(np.ceil(lengths / ACTION_STEP).astype(np.intp), LEAST_ACTIONS)
-        shape = cls(np.sign(path.steps[ends[:-1]]), counts)
+        shape = cls(np.sign(path.steps[ends[:-1]]), counts, float(path.steering[0]))
         travel = np.abs(shape.steps(lengths[None])[0]).cumsum()[:-1]
         return shape, np.concatenate([path.steering_at(travel), lengths])
 
@@ -64,7 +65,7 @@ class _Shape:
         """(B, K) m of steps and (B, K + 1) rad of steering for (B, U) unknowns."""
         n = int(self.counts.sum()) - 1
         zero = np.zeros((len(unknowns), 1))
-        return self.steps(unknowns[:, n:]), np.concatenate([zero, unknowns[:, :n], zero], axis=1)
+        return self.steps(unknowns[:, n:]), np.concatenate([zero + self.first, unknowns[:, :n], zero], axis=1)
 
 
 class _Paths:
@@ -153,6 +154,21 @@ def smoothed(lattice: StateLattice, path: SteeringPath) -> SteeringPath:
         A path proven to keep the margin of the area, within the limits of plans; where no smooth one is, the
         path itself.
     """
+    smooth = smooth_path(lattice, path)
+    return path if smooth is None else smooth
+
+
+def smooth_path(lattice: StateLattice, path: SteeringPath) -> SteeringPath | None:
+    """Make a smooth path to the goal of a lattice that is like another one.
+
+    Args:
+        lattice: The lattice, of an area in which the path starts.
+        path: A path that ends at the goal or near it, of any steering at its start.
+
+    Returns:
+        A path from the same start and steering, proven to keep the margin of the area, within the limits of
+        plans; None if none is proven.
+    """
     shape, first = _Shape.of(path)
     n = int(shape.counts.sum()) - 1
     most = lattice.area.truck.planned_steering
@@ -169,7 +185,7 @@ def smoothed(lattice: StateLattice, path: SteeringPath) -> SteeringPath:
         smooth = SteeringPath(path.truck, path.start, steps[0].round(DECIMALS), steering[0].round(DECIMALS))
         if first_encounter(lattice.area, smooth, lattice.area.margin) is None:
             return smooth
-    return path
+    return None
 
 
 def _least_squares(of: Callable[[Array], Array], x: Array, low: Array, high: Array) -> Array:

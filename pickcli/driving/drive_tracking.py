@@ -80,6 +80,15 @@ class TrackingController:
         self.part = np.zeros(n_drives, dtype=np.intp)  # between which cusps
         self.is_done = np.zeros(n_drives, dtype=bool)
         self.speed, self.steering = np.zeros(n_drives), np.zeros(n_drives)  # as commanded
+        self.is_held = np.zeros(n_drives, dtype=bool)  # to brake, and stay at rest
+
+    def follow(self, plan: DrivePlan) -> None:
+        """Go on by another plan, which is alike up to where the drives are.
+
+        Args:
+            plan: The plan.
+        """
+        self.reference = _Reference(plan)
 
     @property
     def signs(self) -> Array:
@@ -106,7 +115,7 @@ class TrackingController:
         braking = np.sqrt(2 * PLANNED_SHARE * self.truck.acceleration * np.maximum(remaining, 0.0))
         speed = np.where(remaining > STOPPED, np.minimum(np.maximum(speeds, CREEP), braking), 0.0)
         rests = self.is_done if is_braked is None else self.is_done | is_braked
-        self._command(np.where(rests, 0.0, speed), steering)
+        self._command(np.where(rests | self.is_held, 0.0, speed), steering)
 
     def _errors(self, believed: Array, travel: Array) -> tuple[Array, Array, Array, Array, Array]:
         """(N,) m along, across and turning; rad of steering and m/s of the path there."""
@@ -131,7 +140,9 @@ class TrackingController:
     def advance(self) -> None:
         """Count the travel of a period; go on to the next part, or end, where the truck rests at an end."""
         self.travel = self.travel + self.speed * PERIOD
-        is_over = (self.speed == 0) & (self.reference.ends[self.part] - self.travel <= STOPPED)
+        is_over = (
+            ~self.is_held & (self.speed == 0) & (self.reference.ends[self.part] - self.travel <= STOPPED)
+        )
         is_last = self.part == len(self.reference.ends) - 1
         self.is_done |= is_over & is_last
         goes_on = is_over & ~is_last

@@ -97,14 +97,14 @@ class SimulatedDrives:
 
 
 class NoisyTruck:
-    """True and believed poses of many drives.
+    """True and believed poses of many drives, (N, 3) m, m, rad.
 
     Args:
-        truck: The truck.
-        start: (3,) m, m, rad: where it is believed to start.
-        noise: Standard deviations of its errors.
-        n: Number of drives.
-        rng: Source of the errors.
+        truck: Figures of the truck.
+        start: (3,) m, m, rad: where all believe to start.
+        noise: Standard deviations of errors.
+        n: How many drives.
+        rng: Draws them.
     """
 
     def __init__(
@@ -126,11 +126,11 @@ class NoisyTruck:
         self.believed = self.believed + FIX_GAIN * off
 
     def move(self, steering: Array, step: Array) -> None:
-        """Move as the truck acts and as odometry tells.
+        """Move as the truck acts, and as odometry tells.
 
         Args:
-            steering: (N,) rad, commanded.
-            step: (N,) m of signed travel, commanded.
+            steering: (N,) rad.
+            step: (N,) m of signed travel.
         """
         noise, draw = self.noise, self.rng.standard_normal
         acted = steering + self.offset + noise.steering * draw(len(step))

@@ -90,6 +90,29 @@ class SteeringPath:
         moved = self.knot_poses[k, :2] + self.truck.displacement(yaw, before, now, part)
         return np.column_stack([moved, yaw + self.truck.yaw_change(before, now, part)])
 
+    def divided(self, travel: float) -> tuple[SteeringPath, SteeringPath]:
+        """Divide the path.
+
+        Args:
+            travel: m from the start, between start and end.
+
+        Returns:
+            What is before, and what is after it.
+        """
+        k = int(np.clip(np.searchsorted(self.knots, travel, side="right") - 1, 0, len(self.steps) - 1))
+        part = float((travel - self.knots[k]) * np.sign(self.steps[k]))
+        steering = self.steering_at(np.array([travel]))
+        whole = [self.steps[k] - part] if part else [self.steps[k]]
+        before = SteeringPath(
+            self.truck, self.start, np.concatenate([self.steps[:k], [part] if part else []]),
+            np.concatenate([self.steering[: k + 1], steering if part else []]),
+        )  # fmt: skip
+        after = SteeringPath(
+            self.truck, self.poses_at(np.array([travel]))[0], np.concatenate([whole, self.steps[k + 1 :]]),
+            np.concatenate([steering, self.steering[k + 1 :]]),
+        )  # fmt: skip
+        return before, after
+
     def then(self, other: SteeringPath) -> SteeringPath:
         """Return the path followed by another one, which begins where it ends.
 

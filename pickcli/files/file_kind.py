@@ -57,6 +57,7 @@ DRIVE = FileKind("a plan of a drive", "apc plan-drive writes one")
 WATCH = FileKind("a watch of a truck", "those of data/watches are examples")
 WATCHED_SCENE = FileKind("a watched scene", "docs/formats/watch.md describes it")
 WATCHED_DRIVE = FileKind("a watched drive", "apc watch-zone writes one")
+DETECTED = FileKind("a detected pallet", "apc detect-pallet writes one")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
@@ -83,6 +84,7 @@ KINDS = (
     WATCH,
     WATCHED_SCENE,
     WATCHED_DRIVE,
+    DETECTED,
     URDF,
     SRDF,
     JOINT_LIMITS,
@@ -107,6 +109,7 @@ _BY_FORMAT = {
     b"watch": WATCH,
     b"watched scene": WATCHED_SCENE,
     b"watched drive": WATCHED_DRIVE,
+    b"detected": DETECTED,
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (watched \w+|\w+)", re.MULTILINE)

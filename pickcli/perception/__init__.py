@@ -10,7 +10,9 @@ in other light, as trials do. Cloth and bags may have a
 what is not known in it.
 `items` finds the listed items of a place in one or several pictures with depth and colour; `textures` are
 what is printed on them, and recognised.
-`pod_pose` finds the pod: from a `pod_start` by a `pod_fit`, with a `pod_bound` of the error.
+`pod_pose` finds the pod: from a `pod_start` by a `pod_fit`, with a `pod_bound` of the error,
+a `floor_pose_bound`.
+`pallets` finds a pallet on the floor.
 `tracking` follows items on a conveyor.
 A `mount_calibration` finds it in several pictures, and the errors of cameras' mounts with it.
 A `perceived_picture` shows answers over the picture. A `believed_scene` is what all this leaves a robot with.

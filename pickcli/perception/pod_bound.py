@@ -1,10 +1,8 @@
 """Bounds of the error of the pod's estimated pose: within them are 99 of 100, or should be.
 
-What the picture leaves open follows from how fast the cost of the fit grows (Laplace's approximation), times
-one factor for all sensors and views: that of the sensor that needs most, by which 99.5 % of the poses of
-drawn pods had all their errors within (``python -m bench.pod_pose --shifts 200 --seed 1 --calibrate``).
-By how much an error of the camera's own pose moves the fit is known to the first order, so that its bounds
-carry over.
+The factor of a `floor_pose_bound` is one for all sensors and views: that of the sensor that needs most, by
+which 99.5 % of the poses of drawn pods had all their errors within
+(``python -m bench.pod_pose --shifts 200 --seed 1 --calibrate``).
 """
 
 from __future__ import annotations
@@ -14,10 +12,10 @@ import numpy as np
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.geometry import Array
+from pickcli.perception.floor_pose_bound import ROUNDING, pose_bound
 from pickcli.perception.pod_fit import PodFit
 
 FACTOR = 2.5  # of standard deviations
-ROUNDING = np.array([1e-4, 1e-4, np.radians(0.01)])  # m, m and rad: errors below are alike
 
 
 def pod_bound(fit: PodFit, mount: MountError, factor: float = FACTOR) -> Displacement:
@@ -31,11 +29,7 @@ def pod_bound(fit: PodFit, mount: MountError, factor: float = FACTOR) -> Displac
     Returns:
         Bounds of the true pod's pose in the frame of the estimated one.
     """
-    open_left = factor * np.sqrt(np.diag(np.linalg.inv(fit.information)))
-    by_camera = mount.position * np.linalg.norm(fit.by_camera[:, :3], axis=1)
-    by_camera += mount.angle * np.linalg.norm(fit.by_camera[:, 3:], axis=1)
-    x, y, yaw = open_left + by_camera + ROUNDING
-    return Displacement(float(x), float(y), float(yaw))
+    return pose_bound(fit, mount, factor)
 
 
 def front_bound(fit: PodFit, mount: MountError, front: Array, factor: float = FACTOR) -> float:

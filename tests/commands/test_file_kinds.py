@@ -12,6 +12,7 @@ from pickcli.cell.data_path import data_path
 from pickcli.commands import main as cli
 from pickcli.files.file_kind import (
     CELL,
+    DETECTED,
     DRIVE,
     DRIVING_AREA,
     ITEMS,
@@ -56,8 +57,9 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "make-order": {},
     "make-pallet-order": {},
     "plan-pallet": {"order_path": PALLET},
-    "plan-drive": {"area_path": DRIVING_AREA},
     "watch-zone": {"area_path": DRIVING_AREA, "watched_path": WATCHED_SCENE, "watch_name": WATCH},
+    "plan-drive": {"area_path": DRIVING_AREA, "detected": DETECTED},
+    "detect-pallet": {"area_path": DRIVING_AREA, "recorded": RECORDING},
     "make-stream": {"cell_name": CELL},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "perceive": {
@@ -170,6 +172,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     found[DRIVE].write_text('{"format": "apc drive", "version": 1}\n')
     found[WATCHED_SCENE].write_text("format: apc watched scene\nversion: 1\n")
     found[WATCHED_DRIVE].write_text('{"format": "apc watched drive", "version": 1}\n')
+    found[DETECTED].write_text('{"format": "apc detected pallet", "version": 1}\n')
     found[STACKED].write_text('{"format": "apc stacked pallet", "version": 1}\n')
     tsrs = folder / "regions.tsrs"
     tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")

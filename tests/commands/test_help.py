@@ -33,6 +33,7 @@ RANDOM = {
     "perceive",
     "plan-drive",
     "watch-zone",
+    "detect-pallet",
     "plan-pallet",
     "plan-pick",
     "plan-shift",

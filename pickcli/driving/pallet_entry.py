@@ -1,0 +1,200 @@
+"""Drives into a pallet: an approach on the lattice, then straight into the pockets.
+
+The approach keeps away from the pallet as from any box. Of the straight part, which is long enough for the
+controller to come to rest across it, the forks are proven to fit the pockets, and the body of the truck to
+keep its margin from pallet and load.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.driving.drive_plan import DrivePlan, plan_drive
+from pickcli.driving.drive_smoothing import smooth_path
+from pickcli.driving.driving_area import DrivingArea, StatedPallet
+from pickcli.driving.free_space_proof import first_encounter
+from pickcli.driving.speed_profile import speed_profile
+from pickcli.driving.state_lattice import StateLattice
+from pickcli.driving.steering_path import SteeringPath, posed
+from pickcli.errors import InputError, NoPlanError, Reason
+from pickcli.geometry import Array
+
+INSET = 0.05  # m from the tips of the forks to the far side of a pallet, at least
+HEEL_GAP = 0.01  # m beyond the margin, from their heels to its near side
+RUN_UP = 0.4  # m before the pallet, in which the tips go straight already
+LEAST_STRAIGHT = 1.0  # m
+FORK_GAP = 0.02  # m beside and above the forks in the pockets, at least
+BACK_OUT = 1.2  # m that a truck drives away from a pallet before it tries again
+LEAST_REST = 0.4  # m of the approach that is left to be changed
+
+
+def entered_pose(area: DrivingArea, pallet: StatedPallet) -> Array:
+    """Return the pose of the truck with its forks all in a pallet.
+
+    Args:
+        area: The area.
+        pallet: The pallet.
+
+    Returns:
+        (3,) m, m, rad.
+    """
+    return posed(
+        pallet.pose, np.array([pallet.shape.length / 2 - _depth(area, pallet) + area.truck.back, 0, 0])
+    )
+
+
+def straight_length(area: DrivingArea, pallet: StatedPallet) -> float:
+    """Return how far a truck drives straight into a pallet.
+
+    Args:
+        area: The area.
+        pallet: The pallet.
+
+    Returns:
+        m.
+    """
+    return max(LEAST_STRAIGHT, _depth(area, pallet) + RUN_UP)
+
+
+def _depth(area: DrivingArea, pallet: StatedPallet) -> float:
+    """M that forks go into a pallet."""
+    return min(pallet.shape.length - INSET, area.forks.length - area.margin - HEEL_GAP)
+
+
+def plan_in_area(area: DrivingArea) -> DrivePlan:
+    """Plan the drive that an area asks for: to its goal past the pallet that is expected, or into that.
+
+    Args:
+        area: The area.
+
+    Returns:
+        The drive.
+
+    Raises:
+        InputError: The truck is at the goal already, or its forks do not fit the pallet.
+        NoPlanError: There is no way.
+    """
+    if area.pallet is None:
+        return plan_drive(area)
+    if area.enters:
+        return plan_entry(area, area.pallet)
+    return plan_drive(replace(area, boxes=(*area.boxes, area.pallet.footprint)))
+
+
+def plan_entry(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
+    """Plan a drive into a pallet.
+
+    Args:
+        area: The area; its goal does not matter.
+        pallet: The pallet, where it is believed to stand.
+
+    Returns:
+        The drive.
+
+    Raises:
+        InputError: The forks do not fit its pockets.
+        NoPlanError: There is no way to it, or into it.
+    """
+    _refuse_forks(area, pallet)
+    end = _end(area, pallet)
+    approach = plan_drive(_approached(area, pallet, end.start))
+    return _joined(area, pallet, approach, approach.path, end)
+
+
+def plan_entry_anew(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
+    """Plan a drive into a pallet from right before it: first straight away from it, if there is room.
+
+    Without that a path is short and has many cusps, on which a controller cannot follow it well.
+
+    Args:
+        area: The area, in which the truck starts before the pallet.
+        pallet: The pallet, where it is believed to stand.
+
+    Returns:
+        The drive.
+
+    Raises:
+        InputError: The forks do not fit its pockets.
+        NoPlanError: There is no way to it, or into it.
+    """
+    away = SteeringPath(area.truck, area.start, np.array([BACK_OUT]), np.zeros(2))
+    blocked = replace(area, boxes=(*area.boxes, pallet.footprint))
+    if first_encounter(blocked, away, area.margin) is not None:
+        return plan_entry(area, pallet)
+    plan = plan_entry(replace(area, start=away.end), pallet)
+    path = away.then(plan.path)
+    return replace(plan, area=replace(plan.area, start=area.start), path=path, profile=speed_profile(path))
+
+
+def renewed_entry(plan: DrivePlan, travel: float, pallet: StatedPallet) -> DrivePlan | None:
+    """Change a drive into a pallet while it is driven, as the pallet is seen elsewhere.
+
+    Args:
+        plan: The drive.
+        travel: m from its start, up to which it stays as it is.
+        pallet: The pallet, where it is seen.
+
+    Returns:
+        The drive, with the same steering there; None if too little is left to be changed, or no path that is
+        like it is proven to be free.
+    """
+    until = plan.path.length - abs(plan.area.straight)
+    if until - travel < LEAST_REST:
+        return None
+    driven, rest = plan.path.divided(until)[0].divided(travel)
+    try:
+        end = _end(plan.area, pallet)
+    except NoPlanError:
+        return None
+    area = replace(_approached(plan.area, pallet, end.start), start=rest.start)
+    smooth = smooth_path(StateLattice(area, end.start), rest)
+    return None if smooth is None else _joined(plan.area, pallet, plan, driven.then(smooth), end)
+
+
+def _approached(area: DrivingArea, pallet: StatedPallet, goal: Array) -> DrivingArea:
+    return replace(area, boxes=(*area.boxes, pallet.footprint), goal=goal, straight=0.0)
+
+
+def _joined(
+    area: DrivingArea, pallet: StatedPallet, of: DrivePlan, approach: SteeringPath, end: SteeringPath
+) -> DrivePlan:
+    path = approach.then(end)
+    inside = replace(
+        area, goal=entered_pose(area, pallet), straight=-straight_length(area, pallet), pallet=pallet
+    )
+    return DrivePlan(inside, of.lattice, path, speed_profile(path))
+
+
+def _end(area: DrivingArea, pallet: StatedPallet) -> SteeringPath:
+    """The straight part, proven: forks against all but the pallet, the body of the truck against it, too."""
+    inside, straight = entered_pose(area, pallet), straight_length(area, pallet)
+    start = posed(inside, np.array([straight, 0.0, 0.0]))
+    end = SteeringPath(area.truck, start, np.array([-straight]), np.zeros(2))
+    heels = area.forks.length - area.truck.back
+    forks = replace(area.truck, front=heels, width=2 * area.forks.aside + area.forks.width)
+    body = replace(area.truck, back=-heels)
+    for part in (
+        replace(area, truck=forks), replace(area, truck=body, boxes=(*area.boxes, pallet.footprint)),
+    ):  # fmt: skip
+        if (met := first_encounter(part, end, area.margin)) is not None:
+            detail = f"{met.clearance:.3f} m from {met.name}, {area.margin:g} m are to be kept"
+            raise NoPlanError("a drive into the pallet", [Reason("not free", "the straight end", detail)])
+    return end
+
+
+def _refuse_forks(area: DrivingArea, pallet: StatedPallet) -> None:
+    forks, shape = area.forks, pallet.shape
+    outer, inner = forks.aside + forks.width / 2, forks.aside - forks.width / 2
+    least, most = shape.pockets[1]
+    if inner - FORK_GAP < least or outer + FORK_GAP > most:
+        raise InputError(
+            f"the forks, {inner:.3f} to {outer:.3f} m from the middle, do not fit the pockets of a "
+            f"{shape.name} pallet, {least:.3f} to {most:.3f} m, with {FORK_GAP:g} m beside; state others"
+        )
+    if forks.height + FORK_GAP / 2 > shape.opening:
+        raise InputError(
+            f"the forks, {forks.height:g} m high, do not fit the pockets, {shape.opening:g} m; "
+            "state lower ones"
+        )

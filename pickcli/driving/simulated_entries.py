@@ -1,0 +1,228 @@
+"""Drives into a pallet in simulation: the truck looks at it on the way, and its path is changed each time.
+
+A picture is taken each ``LOOK_PERIOD`` from where the truck truly is. What it says is put where the truck
+believes to be, so that errors of localisation cancel as far as they stay the same. While a path is computed
+the truck goes on along the old one, which the new one leaves ``LATENCY`` later. Where the path does not lead
+to where the pallet was last seen, as too little of it is left to be changed, the truck stops before its
+straight part and plans anew from there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pickcli.driving.area_view import take_picture
+from pickcli.driving.drive_plan import DrivePlan
+from pickcli.driving.drive_tracking import PERIOD, TrackingController
+from pickcli.driving.driving_area import DrivingArea, StatedPallet
+from pickcli.driving.pallet_entry import entered_pose, plan_entry_anew, renewed_entry
+from pickcli.driving.pallet_look import look_for_pallet, seen_pallet
+from pickcli.driving.simulated_drives import (
+    END_POSITION,
+    END_YAW,
+    MORE_TIME,
+    MOST_TIME,
+    DriveNoise,
+    NoisyTruck,
+)
+from pickcli.driving.steering_path import seen_from, wrapped
+from pickcli.driving.tricycle import PLANNED_SHARE
+from pickcli.driving.truck_camera import TruckCamera
+from pickcli.errors import InputError, NoPlanError
+from pickcli.geometry import Array
+from pickcli.seeds import derived_rng, derived_seed
+
+LOOK_PERIOD = 0.5  # s between two pictures
+LATENCY = 0.5  # s from a picture to the first change of the path
+CHANGED = np.array([0.002, 0.002, 0.002])  # m, m and rad, from which on a path is changed
+TRUSTED = np.array(
+    [0.012, 0.012, 0.008]
+)  # m, m and rad, up to which the truck goes straight into the pockets
+STOP_BEFORE = 0.05  # m of travel before the straight part, where a truck comes to rest that does not go on
+MOST_STOPS = 3
+N_MEANT = 5  # last pictures, over whose poses the mean is taken: localisation errs anew in each
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedEntry:
+    """What came of one drive.
+
+    Attributes:
+        off: (3,) m, m, rad: the truck at the end against where it should be in the true pallet, in the
+            frame of that pose.
+        n_seen: Pictures in which the pallet was found.
+        n_renewed: How often the path was changed while it was driven.
+        n_stops: How often the truck stopped before the straight part, and planned anew.
+        has_given_up: Whether it stayed there, as it did not see the pallet or found no path into it.
+        duration: s.
+    """
+
+    off: Array
+    n_seen: int
+    n_renewed: int
+    n_stops: int
+    has_given_up: bool
+    duration: float
+
+    @property
+    def is_within(self) -> bool:
+        """Whether it is in the pallet as APPLE asks."""
+        is_near = np.hypot(*self.off[:2]) <= END_POSITION and abs(self.off[2]) <= END_YAW
+        return bool(is_near and not self.has_given_up)
+
+
+def simulate_entries(
+    area: DrivingArea, plan: DrivePlan, n_drives: int, seed: int, noise: DriveNoise | None = None
+) -> list[SimulatedEntry]:
+    """Drive into a pallet several times.
+
+    Args:
+        area: The area, with a camera and the expected pallet. The true one is where the area says, or if it
+            says nothing anywhere within the tolerance, anew in each drive.
+        plan: A drive into the pallet that was expected.
+        n_drives: How often.
+        seed: Seed of all noise.
+        noise: Of the drives; None for the usual one.
+
+    Returns:
+        What came of each.
+    """
+    assert area.camera is not None and area.pallet is not None
+    found = []
+    for k in range(n_drives):
+        rng = derived_rng("entries", seed, k)
+        stated = area.pallet
+        if not stated.off.any():
+            stated = replace(stated, off=rng.uniform(-1.0, 1.0, 3) * stated.tolerance)
+        entry = _Entry(area, area.camera, plan, stated, noise or DriveNoise(), rng)
+        found.append(entry.driven(derived_seed("looks", seed, k)))
+    return found
+
+
+def entry_figures(entries: list[SimulatedEntry]) -> dict[str, Any]:
+    """Return the figures of drives that people ask for.
+
+    Args:
+        entries: The drives.
+
+    Returns:
+        Plain values; the errors are those of the drives that were not given up.
+    """
+    off = np.array([each.off for each in entries if not each.has_given_up]).reshape(-1, 3)
+    return {
+        "number": len(entries),
+        "within": sum(each.is_within for each in entries),
+        "given_up": sum(each.has_given_up for each in entries),
+        "position_error": round(float(np.hypot(*off[:, :2].T).max(initial=0.0)), 6),
+        "yaw_error_deg": round(float(np.degrees(np.abs(off[:, 2]).max(initial=0.0))), 4),
+        "renewals": sum(each.n_renewed for each in entries),
+        "stops": sum(each.n_stops for each in entries),
+        "duration": round(max(each.duration for each in entries), 3),
+    }
+
+
+class _Entry:
+    """One drive."""
+
+    def __init__(
+        self, area: DrivingArea, camera: TruckCamera, plan: DrivePlan, stated: StatedPallet,
+        noise: DriveNoise, rng: np.random.Generator,
+    ) -> None:  # fmt: skip
+        assert plan.area.pallet is not None
+        self.area, self.camera, self.plan = area, camera, plan
+        self.real, self.noise, self.rng = stated.real, noise, rng
+        self.expected = replace(plan.area.pallet, tolerance=stated.tolerance)
+        self.seen: StatedPallet | None = None
+        self.poses: list[Array] = []  # (3,) m, m, rad, as seen in each picture
+        self.n_seen = self.n_renewed = self.n_stops = 0
+
+    def driven(self, seed: int) -> SimulatedEntry:
+        """Drive until the truck is in the pallet, or gives up before it."""
+        truck = NoisyTruck(self.area.truck, self.plan.area.start, self.noise, 1, self.rng)
+        controller = TrackingController(self.plan, 1)
+        fix, look = max(1, round(self.noise.fix_period / PERIOD)), round(LOOK_PERIOD / PERIOD)
+        n_periods, has_given_up = int((MOST_TIME * self.plan.profile.duration + MORE_TIME) / PERIOD), False
+        for k in range(n_periods):
+            if k % fix == 0:
+                truck.localise()
+            if k % look == 0:
+                self._look(controller, truck, derived_seed("look", seed, k))
+            controller.is_held |= self._has_to_stop(controller)
+            if controller.is_held.any() and not controller.speed.any():
+                self._look(controller, truck, derived_seed("look at rest", seed, k))
+                planned = self._planned_anew(truck)
+                if planned is None:
+                    has_given_up = True
+                    break
+                self.plan, controller = planned, TrackingController(planned, 1)
+            if controller.is_done.all():
+                break
+            controller.control(truck.believed)
+            truck.move(controller.steering, controller.signs * controller.speed * PERIOD)
+            controller.advance()
+        return SimulatedEntry(
+            self._off(truck), self.n_seen, self.n_renewed, self.n_stops, has_given_up, PERIOD * k
+        )
+
+    def _look(self, controller: TrackingController, truck: NoisyTruck, seed: int) -> None:
+        """Take a picture; if the pallet is elsewhere than the path leads, change the path if it can be."""
+        travel = float(controller.travel[0] + controller.speed[0] * LATENCY)
+        if controller.travel[0] > self._straight_at:
+            return
+        believed = truck.believed[0]
+        try:
+            picture = take_picture(self.area, self.camera, truck.true[0], self.real, seed)
+            seen = look_for_pallet(picture, self.camera, believed, self.expected)
+        except InputError:
+            return
+        self.poses.append(seen_pallet(seen, believed, self.expected).pose)
+        last = np.array(self.poses[-N_MEANT:])
+        turns = wrapped(last[:, 2] - last[-1, 2])
+        mean = np.array([*last[:, :2].mean(axis=0), last[-1, 2] + turns.mean()])
+        self.seen = replace(self.expected, pose=mean)
+        self.n_seen += 1
+        if controller.is_held.any() or self._leads_to(self.seen, CHANGED):
+            return
+        renewed = renewed_entry(self.plan, travel, self.seen)
+        if renewed is not None:
+            self.n_renewed += 1
+            self.plan = renewed
+            controller.follow(renewed)
+
+    def _leads_to(self, pallet: StatedPallet, within: Array) -> bool:
+        """Whether the path leads to a pallet within m, m and rad."""
+        assert self.plan.area.pallet is not None
+        off = seen_from(self.plan.area.pallet.pose, pallet.pose)
+        off[2] = wrapped(off[2])
+        return bool((np.abs(off) <= within).all())
+
+    def _has_to_stop(self, controller: TrackingController) -> bool:
+        """Whether the truck has to brake now to stay before a pallet to which the path does not lead."""
+        speed, travel = float(controller.speed[0]), float(controller.travel[0])
+        braking = speed**2 / (2 * PLANNED_SHARE * self.area.truck.acceleration) + speed * PERIOD
+        is_near = travel + braking + STOP_BEFORE > self._straight_at > travel
+        return is_near and (self.seen is None or not self._leads_to(self.seen, TRUSTED))
+
+    def _planned_anew(self, truck: NoisyTruck) -> DrivePlan | None:
+        """A drive from where the truck rests into the pallet where it was seen; None if there is none."""
+        self.n_stops += 1
+        if self.seen is None or self.n_stops > MOST_STOPS:
+            return None
+        try:
+            return plan_entry_anew(replace(self.area, start=truck.believed[0]), self.seen)
+        except (InputError, NoPlanError):
+            return None
+
+    @property
+    def _straight_at(self) -> float:
+        """M of travel at which the straight part begins."""
+        return self.plan.path.length - abs(self.plan.area.straight)
+
+    def _off(self, truck: NoisyTruck) -> Array:
+        """(3,) of the truck against where it should be in the true pallet; far off if there is none."""
+        wanted = [entered_pose(self.area, pallet) for pallet in self.real]
+        off = seen_from(wanted[0], truck.true[0]) if wanted else np.array([np.inf, np.inf, 0.0])
+        return np.array([off[0], off[1], wrapped(off[2])])

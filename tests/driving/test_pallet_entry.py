@@ -1,0 +1,94 @@
+"""Drives into a pallet: where they end, what they keep away from, and how they change on the way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
+from pickcli.driving.drive_plan import DrivePlan
+from pickcli.driving.driving_area import DrivingArea, FloorBox, StatedPallet
+from pickcli.driving.forks import Forks
+from pickcli.driving.pallet_entry import entered_pose, plan_entry, plan_in_area, renewed_entry
+from pickcli.driving.simulated_entries import entry_figures, simulate_entries
+from pickcli.driving.steering_path import SteeringPath, posed, seen_from
+from pickcli.driving.truck_camera import TruckCamera
+from pickcli.errors import InputError, NoPlanError
+from pickcli.perception.pallets.pallet_shape import EUR_FULL
+
+CAMERA = TruckCamera(read_sensor(sensor_file("carmine")))
+PALLET = StatedPallet(EUR_FULL, np.array([2.0, 3.5, 0.1]), 0.5, np.array([0.06, 0.06, 0.06]))
+AREA = DrivingArea(
+    (0.0, 0.0), (9.0, 7.0), (), np.array([6.8, 2.4, 0.3]), np.zeros(3), camera=CAMERA,
+    pallet=PALLET, enters=True,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def plan() -> DrivePlan:
+    return plan_in_area(AREA)
+
+
+def test_a_drive_ends_straight_with_the_forks_in_the_pockets(plan: DrivePlan) -> None:
+    np.testing.assert_allclose(seen_from(entered_pose(AREA, PALLET), plan.path.end), 0.0, atol=1e-6)
+    n = np.linspace(plan.path.length - 1.0, plan.path.length, 20)
+    last = seen_from(PALLET.pose, plan.path.poses_at(n))
+    np.testing.assert_allclose(last[:, 1:], 0.0, atol=1e-6)
+    tips = last[-1, 0] - AREA.truck.back
+    assert -EUR_FULL.length / 2 < tips < -EUR_FULL.length / 2 + 0.15
+    heels = last[-1, 0] + AREA.forks.length - AREA.truck.back
+    assert heels >= EUR_FULL.length / 2 + AREA.margin
+
+
+def test_forks_that_do_not_fit_and_a_way_that_is_blocked_have_reasons() -> None:
+    with pytest.raises(InputError, match=r"do not fit the pockets of a full pallet"):
+        plan_entry(replace(AREA, forks=Forks(aside=0.25)), PALLET)
+    with pytest.raises(InputError, match="high, do not fit"):
+        plan_entry(replace(AREA, forks=Forks(height=0.12)), PALLET)
+    post = FloorBox("post", (3.0, 3.6), (0.2, 0.2))
+    with pytest.raises(NoPlanError, match="post"):
+        plan_entry(replace(AREA, boxes=(post,)), PALLET)
+
+
+def test_a_drive_to_a_goal_keeps_away_from_the_pallet() -> None:
+    past = replace(AREA, goal=np.array([2.0, 5.8, 0.0]), enters=False)
+    plan = plan_in_area(past)
+    poses = plan.path.poses_at(np.linspace(0.0, plan.path.length, 200))
+    assert PALLET.footprint.distance(poses[:, :2]).min() > AREA.truck.inner_radius
+
+
+def test_a_changed_drive_goes_on_from_where_it_is_to_where_the_pallet_is_seen(plan: DrivePlan) -> None:
+    seen = replace(PALLET, pose=posed(PALLET.pose, np.array([0.02, -0.04, 0.05])))
+    changed = renewed_entry(plan, 1.0, seen)
+    assert changed is not None
+    before = np.linspace(0.0, 1.0, 30)
+    np.testing.assert_allclose(changed.path.poses_at(before), plan.path.poses_at(before), atol=1e-9)
+    np.testing.assert_allclose(changed.path.steering_at(before), plan.path.steering_at(before), atol=1e-9)
+    np.testing.assert_allclose(seen_from(entered_pose(AREA, seen), changed.path.end), 0.0, atol=1e-6)
+    assert renewed_entry(plan, plan.path.length - abs(plan.area.straight) - 0.1, seen) is None
+
+
+def test_a_path_is_divided_anywhere(plan: DrivePlan) -> None:
+    travel = np.linspace(0.0, plan.path.length, 50)
+    for at in (0.3, float(plan.path.knots[2]), plan.path.length - 0.2):
+        before, after = plan.path.divided(at)
+        assert before.length == pytest.approx(at) and after.length == pytest.approx(plan.path.length - at)
+        whole: SteeringPath = before.then(after)
+        np.testing.assert_allclose(whole.poses_at(travel), plan.path.poses_at(travel), atol=1e-7)
+
+
+@pytest.mark.slow
+def test_drives_end_in_the_true_pallet_and_alike_each_time(plan: DrivePlan) -> None:
+    one, again = (simulate_entries(AREA, plan, 2, 5) for _ in range(2))
+    assert [each.off.tobytes() for each in one] == [each.off.tobytes() for each in again]
+    assert all(each.is_within and each.n_seen for each in one)
+    assert entry_figures(one)["within"] == 2
+
+
+def test_a_truck_that_sees_no_pallet_stays_before_it(plan: DrivePlan) -> None:
+    gone = replace(PALLET, is_there=False, off=np.array([0.01, 0.0, 0.0]))
+    (entry,) = simulate_entries(replace(AREA, pallet=gone), plan, 1, 3)
+    assert entry.has_given_up and not entry.is_within and entry.n_seen == 0
+    assert entry_figures([entry])["given_up"] == 1
