@@ -66,7 +66,7 @@ class HandGoals:
 
 
 @dataclass(frozen=True, eq=False)
-class Arrival:
+class LastEdge:
     """The edge from a state into a goal.
 
     Attributes:
@@ -141,7 +141,7 @@ class WorkspaceLattice:
         self._heuristics: list[float] = [self._bound(none), 0.0]
         self._nodes: dict[State, list[int]] = {none: [0]}
         self._out: dict[int, list[tuple[int, float]]] = {self.goal: []}
-        self._arrivals: dict[int, Arrival] = {}
+        self._last_edges: dict[int, LastEdge] = {}
 
     def heuristic(self, node: int) -> float:
         """Return the lower bound on the cost from a node to the goals.
@@ -176,8 +176,8 @@ class WorkspaceLattice:
         Returns:
             (N, n) configurations, and the index of the goal that the last one is in.
         """
-        arrival = self._arrivals[nodes[-2]]
-        return np.array([*(self._q[node] for node in nodes[:-1]), arrival.q]), arrival.goal
+        last = self._last_edges[nodes[-2]]
+        return np.array([*(self._q[node] for node in nodes[:-1]), last.q]), last.goal
 
     @property
     def n_states(self) -> int:
@@ -185,9 +185,9 @@ class WorkspaceLattice:
         return len(self._states) - 1
 
     def _edges(self, node: int) -> Iterator[tuple[int, float]]:
-        if (arrival := self._arrival(node)) is not None:
-            self._arrivals[node] = arrival
-            yield self.goal, arrival.cost
+        if (last := self._last_edge(node)) is not None:
+            self._last_edges[node] = last
+            yield self.goal, last.cost
         state, q = self._states[node], self._q[node]
         for step, cost in self._primitives:
             after = self._stepped(state, step)
@@ -285,7 +285,7 @@ class WorkspaceLattice:
         self._nodes.setdefault(state, []).append(len(self._states) - 1)
         return len(self._states) - 1
 
-    def _arrival(self, node: int) -> Arrival | None:
+    def _last_edge(self, node: int) -> LastEdge | None:
         """Return the cheapest proven edge from a state into a goal near it."""
         state, q = self._states[node], self._q[node]
         given, R = self._resolution, self._turn(state[3:6]).R
@@ -296,17 +296,17 @@ class WorkspaceLattice:
         costs = {
             g: float(ways[g]) + given.rotation_cost * angles[g] for g in near if angles[g] <= given.near_angle
         }
-        tried: list[Arrival] = []
+        tried: list[LastEdge] = []
         for g in sorted(costs, key=costs.__getitem__)[:MOST_GOALS]:
             q_goal = self._in_goal(g, q)
             if q_goal is None or np.abs(q_goal - q).max() > LARGEST_LAST_STEP:
                 continue
             joints = list(self._redundant)
             turned = given.redundant_cost * float(np.abs(q_goal - q)[joints].sum())
-            tried.append(Arrival(g, q_goal, costs[g] + turned))
-        for arrival in sorted(tried, key=lambda arrival: arrival.cost):
-            if self._checker.is_valid_edge(q, arrival.q):
-                return arrival
+            tried.append(LastEdge(g, q_goal, costs[g] + turned))
+        for last in sorted(tried, key=lambda last: last.cost):
+            if self._checker.is_valid_edge(q, last.q):
+                return last
         return None
 
     def _in_goal(self, g: int, q: Array) -> Array | None:
