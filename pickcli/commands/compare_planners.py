@@ -51,7 +51,7 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"], case_sensitive=False)
     help="Pairs of configurations.  [default: Delft's pairs whose line is blocked]",
 )
 @click.option("--stream", "stream_path", type=PATH, metavar="FILE",
-              help="Instead of pairs: to the pregrasps of a stream's items (see apc make-stream).")  # fmt: skip
+              help="Instead of pairs: to the pregrasps of a stream's items.")  # fmt: skip
 @click.option("--payload", type=PAYLOADS, default="empty", show_default=True, help="Payload in the cup.")
 @click.option("--planners", metavar="NAME,...",
               help=f"Planners to compare; {SEARCH!r} is that of the database.  "

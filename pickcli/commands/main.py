@@ -34,6 +34,7 @@ COMMANDS: dict[str, str] = {
     "suggest-configurations": "Rank configurations in front of a bin by what can be reached from them.",
     "suggest-mount": "Rank base poses of the robot by the share of tool poses that it reaches from them.",
     "compare-planners": "Compare planners on the same pairs: planning time, length, duration, share solved.",
+    "record-grasp": "Record a grasp of an item: from a verified plan, or as stated.",
     "make-order": "Draw a random order by the official rules.",
     "make-scene": "Place items in bins and other places, at rest.",
     "make-stream": "Draw a random stream: items that come along a conveyor.",

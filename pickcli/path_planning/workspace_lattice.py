@@ -66,7 +66,7 @@ class HandGoals:
 
 
 @dataclass(frozen=True, eq=False)
-class LastEdge:
+class GoalEdge:
     """The edge from a state into a goal.
 
     Attributes:
@@ -141,7 +141,7 @@ class WorkspaceLattice:
         self._heuristics: list[float] = [self._bound(none), 0.0]
         self._nodes: dict[State, list[int]] = {none: [0]}
         self._out: dict[int, list[tuple[int, float]]] = {self.goal: []}
-        self._last_edges: dict[int, LastEdge] = {}
+        self._goal_edges: dict[int, GoalEdge] = {}
 
     def heuristic(self, node: int) -> float:
         """Return the lower bound on the cost from a node to the goals.
@@ -176,7 +176,7 @@ class WorkspaceLattice:
         Returns:
             (N, n) configurations, and the index of the goal that the last one is in.
         """
-        last = self._last_edges[nodes[-2]]
+        last = self._goal_edges[nodes[-2]]
         return np.array([*(self._q[node] for node in nodes[:-1]), last.q]), last.goal
 
     @property
@@ -185,8 +185,8 @@ class WorkspaceLattice:
         return len(self._states) - 1
 
     def _edges(self, node: int) -> Iterator[tuple[int, float]]:
-        if (last := self._last_edge(node)) is not None:
-            self._last_edges[node] = last
+        if (last := self._goal_edge(node)) is not None:
+            self._goal_edges[node] = last
             yield self.goal, last.cost
         state, q = self._states[node], self._q[node]
         for step, cost in self._primitives:
@@ -285,7 +285,7 @@ class WorkspaceLattice:
         self._nodes.setdefault(state, []).append(len(self._states) - 1)
         return len(self._states) - 1
 
-    def _last_edge(self, node: int) -> LastEdge | None:
+    def _goal_edge(self, node: int) -> GoalEdge | None:
         """Return the cheapest proven edge from a state into a goal near it."""
         state, q = self._states[node], self._q[node]
         given, R = self._resolution, self._turn(state[3:6]).R
@@ -296,14 +296,14 @@ class WorkspaceLattice:
         costs = {
             g: float(ways[g]) + given.rotation_cost * angles[g] for g in near if angles[g] <= given.near_angle
         }
-        tried: list[LastEdge] = []
+        tried: list[GoalEdge] = []
         for g in sorted(costs, key=costs.__getitem__)[:MOST_GOALS]:
             q_goal = self._in_goal(g, q)
             if q_goal is None or np.abs(q_goal - q).max() > LARGEST_LAST_STEP:
                 continue
             joints = list(self._redundant)
             turned = given.redundant_cost * float(np.abs(q_goal - q)[joints].sum())
-            tried.append(LastEdge(g, q_goal, costs[g] + turned))
+            tried.append(GoalEdge(g, q_goal, costs[g] + turned))
         for last in sorted(tried, key=lambda last: last.cost):
             if self._checker.is_valid_edge(q, last.q):
                 return last
