@@ -44,7 +44,7 @@ def test_ara_star_states_a_bound_beside_ours_on_the_same_pairs() -> None:
 
 def test_a_stream_is_compared_by_the_pregrasps_of_its_items(tmp_path: Path) -> None:
     path = tmp_path / "stream.json"
-    write_stream(stream(n=2), path, overwrite=False)
+    write_stream(stream(n=2), path)
     quick = ("--arm", "left", "--tries", "1", "--planners", "RRTConnect,ARA*-first")
     told = json.loads(apc("compare-planners", "--stream", str(path), *quick, "--json").out)
     items = {riding.id for riding in stream(n=2).items}
@@ -66,14 +66,14 @@ def test_what_makes_no_sense_with_a_stream_is_refused(
     argv: tuple[str, ...], code: int, message: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "stream.json"
-    write_stream(stream(n=2), path, overwrite=False)
+    write_stream(stream(n=2), path)
     answer = apc("compare-planners", "--stream", str(path), *argv)
     assert answer.code == code and message in answer.err and answer.out == ""
 
 
 def test_a_stream_on_a_belt_that_stands_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "stream.json"
-    write_stream(stream(0.0, n=2), path, overwrite=False)
+    write_stream(stream(0.0, n=2, one_by_one=True), path)
     answer = apc("compare-planners", "--stream", str(path), "--arm", "left")
     assert answer.code == 3 and "the belt of the stream stands" in answer.err and answer.out == ""
 
