@@ -1,10 +1,11 @@
 """ARA* on the workspace lattice: whether its bound on the cost is kept, and what its searches cost.
 
-    python -m bench.lattice [--streams 2] [--items 4] [--seed 0] [--arm left] [--expansions 300] [--exact 3000]
+    python -m bench.lattice [--streams 2] [--items 4] [--seed 0] [--arm left] [--expansions 300]
+        [--exact 3000]
 
 Queries are those of ``apc compare-planners --stream`` on streams of fresh seeds. Each is searched with
-``--expansions``; and once more from the start with epsilon 1 alone, which is A* and ends with the least cost, with
-at most ``--exact``. Of the queries whose least cost is known so, it prints by how much the first and the last
+``--expansions``; and once more from the start with epsilon 1 alone, which is A* and ends with the least cost,
+with at most ``--exact``. Of the queries whose least cost is known so, it prints by how much the first and the last
 path exceed it, beside the bounds that were stated for them. A bound is broken if a path costs more.
 """
 
@@ -85,7 +86,8 @@ def main() -> None:
     print(f"{len(found)} queries, {len(solved)} solved, the least cost known of {len(known)}")
     ms = [each.ms for each in found]
     print(
-        f"processor time with {given.expansions} expansions: {np.median(ms):.0f} ms, p95 {np.percentile(ms, 95):.0f}"
+        f"processor time with at most {given.expansions} expansions: {np.median(ms):.0f} ms, "
+        f"p95 {np.percentile(ms, 95):.0f}"
     )
     n_first = [plan.found[0].n_expanded for plan, _ in solved]
     print(f"expansions to the first path: {np.median(n_first):.0f}, worst {max(n_first)}")
@@ -93,7 +95,8 @@ def main() -> None:
         stated = [plan.found[k].cost_bound for plan, _ in known]
         over = [plan.found[k].cost / least for plan, least in known]
         broken = sum(o > s + ROUNDING for o, s in zip(over, stated, strict=True))
-        figures = f"stated {np.median(stated):.3f}, worst {max(stated):.3f}; true {np.median(over):.3f}, {max(over):.3f}"
+        figures = f"stated {np.median(stated):.3f}, worst {max(stated):.3f}"
+        figures += f"; true {np.median(over):.3f}, worst {max(over):.3f}"
         print(f"{name} path over the least cost: {figures}; broken {broken}")
 
 
