@@ -5,8 +5,8 @@
 
 Queries are those of ``apc compare-planners --stream`` on streams of fresh seeds. Each is searched with
 ``--expansions``; and once more from the start with epsilon 1 alone, which is A* and ends with the least cost,
-with at most ``--exact``. Of the queries whose least cost is known so, it prints by how much the first and the last
-path exceed it, beside the bounds that were stated for them. A bound is broken if a path costs more.
+with at most ``--exact``. Of the queries whose least cost is known so, it prints by how much the first and the
+last path exceed it, beside the bounds that were stated for them. A bound is broken if a path costs more.
 """
 
 from __future__ import annotations

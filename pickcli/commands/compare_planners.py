@@ -69,7 +69,7 @@ def command(
     stream_path: Path | None, payload: str, planners: str | None, tries: int, iterations: int,
     expansions: int, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
-    """Compare planners on the same queries: planning time, length, duration, share solved.
+    """Compare planners on the same queries: time, length, duration, share solved.
 
     RRT-Connect (Delft) in the kernel and by OMPL, RRT* (KTH), AORRTC, our own minimum-time search, and ARA*
     (the PR2 at its conveyor, 2013) with its proven bound on the cost. If the straight line is free, all but

@@ -33,7 +33,7 @@ COMMANDS: dict[str, str] = {
     "build-trajectories": "Offline: Delft's database of coarse motions.",
     "suggest-configurations": "Rank configurations in front of a bin by what can be reached from them.",
     "suggest-mount": "Rank base poses of the robot by the share of tool poses that it reaches from them.",
-    "compare-planners": "Compare planners on the same queries: planning time, length, duration, share solved.",
+    "compare-planners": "Compare planners on the same queries: time, length, duration, share solved.",
     "record-grasp": "Record a grasp of an item: from a verified plan, or as stated.",
     "make-order": "Draw a random order by the official rules.",
     "make-scene": "Place items in bins and other places, at rest.",
