@@ -21,8 +21,8 @@ from pickcli.path_planning.planner_names import PlannerName
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
-    from pickcli.planner_benchmark.benchmark_entries import BenchmarkEntry
-    from pickcli.planner_benchmark.benchmark_summary import PlannerSummary
+    from pickcli.planner_benchmark.benchmark_entries import BenchmarkEntry, BenchmarkQuery
+    from pickcli.planner_benchmark.benchmark_summary import NamePair, PlannerSummary
     from pickcli.planner_benchmark.stream_queries import StreamQueries
     from pickcli.roadmap.trajectory_database import PayloadClass
 
@@ -80,29 +80,22 @@ def command(
       apc compare-planners --pairs bin_A:tote,cam_D:drop_00_down --tries 5
       apc compare-planners --stream stream.json --arm left --tries 1
     """
-    from pickcli.planner_benchmark.planner_benchmark import blocked_pairs, compare, compare_queries
+    from pickcli.planner_benchmark.planner_benchmark import compare_queries
     from pickcli.roadmap.trajectory_database import PayloadClass
 
     arms, load = ArmRequest(arm, standing), PayloadClass(payload)
     names = planners or (DEFAULT if stream_path is None else ON_STREAM)
     contestants = _contestants(names, iterations, expansions)
-    without: dict[str, str] = {}
     if stream_path is None:
-        cell = open_cell(cell_name or DEFAULT_CELL, arms)
-        cell.require_places()
-        chosen = blocked_pairs(cell, load) if pairs is None else _pairs(pairs)
-        with stage("comparison"), progress("comparing planners") as report:
-            done = compare(
-                cell, chosen, contestants, payload=load, n_tries=tries, seed=seed, on_progress=report
-            )
-        n_pairs = len(chosen)
+        cell, asked = _of_pairs(pairs, cell_name or DEFAULT_CELL, arms, load)
+        without: dict[str, str] = {}
     else:
         _refuse_beside_stream(pairs, load, names)
-        cell, asked = _of_stream(stream_path, cell_name, arms, seed)
-        without, n_pairs = asked.without, len(asked.queries)
-        with stage("comparison"), progress("comparing planners") as report:
-            done = compare_queries(asked.queries, contestants, label="stream", n_tries=tries, seed=seed,
-                                   on_progress=report)  # fmt: skip
+        cell, found = _of_stream(stream_path, cell_name, arms, seed)
+        asked, without = found.queries, found.without
+    label = "stream" if stream_path else str(load)
+    with stage("comparison"), progress("comparing planners") as report:
+        done = compare_queries(asked, contestants, label=label, n_tries=tries, seed=seed, on_progress=report)
     if as_json:
         given = {"payload": payload, "tries": tries, "iterations": iterations, "expansions": expansions,
                  "seed": seed, "without_pregrasp": without}  # fmt: skip
@@ -112,7 +105,7 @@ def command(
     most = f"at most {iterations} iterations{own}"
     if {ARA_STAR, ARA_STAR_FIRST} & {*names.split(",")}:
         most += f", {expansions} expansions of ARA*"
-    click.echo(f"{n_pairs} pairs, {tries} tries each, payload {payload}, {most}")
+    click.echo(f"{len(asked)} pairs, {tries} tries each, payload {payload}, {most}")
     for item, why in without.items():
         click.echo(f"{item} has no pregrasp in the middle of the window: {why}")
     click.echo(f"lengths and durations: the {len(done.common)} pairs that all solved, median try of each")
@@ -129,6 +122,18 @@ def _refuse_beside_stream(pairs: str | None, payload: PayloadClass, planners: st
         raise click.UsageError(
             f"--planners: {SEARCH!r} knows one goal only, pregrasps are several; leave it out"
         )
+
+
+def _of_pairs(
+    pairs: str | None, cell_name: str, arms: ArmRequest, payload: PayloadClass
+) -> tuple[Cell, dict[NamePair, BenchmarkQuery]]:
+    """Load a cell and return it with the queries of pairs. Raises InputError."""
+    from pickcli.planner_benchmark.planner_benchmark import blocked_pairs, pair_queries
+
+    cell = open_cell(cell_name, arms)
+    cell.require_places()
+    chosen = blocked_pairs(cell, payload) if pairs is None else _pairs(pairs)
+    return cell, pair_queries(cell, chosen, payload)
 
 
 def _of_stream(path: Path, cell_name: str | None, arms: ArmRequest, seed: int) -> tuple[Cell, StreamQueries]:

@@ -61,11 +61,31 @@ def compare(
         UnknownNameError: If the cell has no configuration of a name.
         InputError: If the ends of a pair are the same or not free.
     """
-    model = CollisionModel(cell)
-    queries = {pair: _checked(cell, model, pair, payload) for pair in pairs}
+    queries = pair_queries(cell, pairs, payload)
     return compare_queries(
         queries, contestants, label=payload, n_tries=n_tries, seed=seed, on_progress=on_progress
     )
+
+
+def pair_queries(
+    cell: Cell, pairs: Sequence[NamePair], payload: PayloadClass = PayloadClass.EMPTY
+) -> dict[NamePair, BenchmarkQuery]:
+    """Make the queries between named configurations.
+
+    Args:
+        cell: The cell, without items.
+        pairs: Names of start and goal.
+        payload: Payload class in the cup.
+
+    Returns:
+        The queries by the names of their ends.
+
+    Raises:
+        UnknownNameError: If the cell has no configuration of a name.
+        InputError: If the ends of a pair are the same or not free.
+    """
+    model = CollisionModel(cell)
+    return {pair: _checked(cell, model, pair, payload) for pair in pairs}
 
 
 def compare_queries(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from heapq import heappop, heappush
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -175,6 +176,11 @@ def test_joints_beyond_seven_are_those_of_the_rail_and_six_leave_none() -> None:
     on_a_rail, six = load_cell("apc2016_delft").robot, load_cell("ur5e_crates").robot
     assert redundant_joints(on_a_rail.limits) == (0, 3)
     assert redundant_joints(six.limits) == ()
+
+
+def test_an_arm_with_fewer_joints_than_a_pose_needs_is_refused() -> None:
+    with mock.patch.object(Arm, "n", 5), pytest.raises(InputError, match="6 joints at least, not 5"):
+        planned(goals("belt"))
 
 
 def test_a_goal_must_be_given() -> None:
