@@ -8,6 +8,7 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem, swept_cover
 from pickcli.collision.collision_world import KERNEL_KINDS, CollisionWorld, build_world
+from pickcli.collision.hand_sphere import HandSphere, HandSphereChecker
 from pickcli.collision.kernel_validator import KernelValidator, KernelWorld
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
@@ -55,6 +56,26 @@ class SceneChecker(KernelValidator):
         super().__init__(world, parts, margin, model.cell.clearance, clear, touch)
 
     @property
+    def tool_state(self) -> ToolState:
+        """State of the tool."""
+        return self._tool_state
+
+    def hand_sphere(self) -> HandSphereChecker | None:
+        """Return a checker of the largest sphere that is rigid with the flange, moved without the arm.
+
+        Where it is not free, no configuration of the robot is valid that has the sphere there.
+
+        Returns:
+            The checker, None if nothing rigid with the flange has spheres.
+        """
+        sphere = HandSphere.of(self._model.state(self._tool_state), self._model.bodies)
+        if sphere is None:
+            return None
+        kept = self._clear.kept
+        kept = kept[(self._ignored[kept] & np.uint64(1 << sphere.frame)) == 0]
+        return HandSphereChecker(sphere, self.world, kept, self.margin)
+
+    @property
     def _cup(self) -> int:
         """Frame of the cup; the next one is that of the held item."""
         return self._model.n_frames - 1
@@ -68,6 +89,7 @@ class SceneChecker(KernelValidator):
         for part, name in contacts.opening_pairs:
             frame = item if part.startswith("held ") else self._model.frame_names.index(part)
             ignored_frames[world.indices([name])] |= np.uint64(1 << frame)
+        self._ignored = ignored_frames
         kernel = self._model.state(self._tool_state).checker()
         kept = np.flatnonzero(world.is_kept(contacts.absent))
         world.enter(kernel, kept, ignored_frames)

@@ -16,6 +16,7 @@ from pickcli.commands.command import emit_json
 from pickcli.commands.configuration_option import parse_start, start_option
 from pickcli.commands.experience_session import ExperienceSession, experience_session, learn_option
 from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
     approach_option,
     drop_from_option,
@@ -189,6 +190,42 @@ class PickOptions(PlanOptions):
         return context.dropping_from(DropPlace(self.drop_from))
 
 
+@dataclass(frozen=True)
+class RecordedPickOptions(PickOptions):
+    """The options of a pick whose grasps may have been recorded.
+
+    Attributes:
+        grasps_path: File of recorded grasps; None if grasps come from elsewhere.
+    """
+
+    grasps_path: Path | None
+
+    def _context(self, cell: Cell) -> PlanningContext:
+        from dataclasses import replace
+
+        from pickcli.grasping.recorded_grasp_file import read_recorded_grasps
+
+        if self.grasps_path is None:
+            return super()._context(cell)
+        recorded = read_recorded_grasps(self.grasps_path, cell)
+        return replace(super()._context(cell), recorded=recorded)
+
+    def refuse_two_sources(self) -> None:
+        """Refuse recorded grasps beside another source of grasps, and a plan in their place.
+
+        Raises:
+            UsageError: Both are named.
+            InputError: The plan would replace the file of grasps.
+        """
+        from pickcli.planning.pick_settings import GraspApproach
+
+        if self.grasps_path is None:
+            return
+        if self.approach != GraspApproach.LINES:
+            raise click.UsageError("--grasps and --approach both say where grasps come from; name one")
+        refuse_output(self.output, self.overwrite, self.grasps_path)
+
+
 def verify_option(function: F) -> F:
     """Give a command the option --no-verify.
 
@@ -212,8 +249,27 @@ def pick_options(function: F) -> F:
     Returns:
         The command with the options, which are passed to it as ``options``, a ``PickOptions``.
     """
-    shared = plan_options("the preferred one of those that hold and reach the item", PickOptions)
-    return approach_option(drop_from_option("inside")(shared(function)))
+    return _pick_options(PickOptions)(function)
+
+
+def recorded_pick_options(function: F) -> F:
+    """Give a command the options of ``pick_options``, and --grasps FILE.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options, which are passed to it as ``options``, a ``RecordedPickOptions``.
+    """
+    return click.option(
+        "--grasps", "grasps_path", type=PATH, metavar="FILE",
+        help="Choose from recorded grasps alone (see apc record-grasp).",
+    )(_pick_options(RecordedPickOptions)(function))  # fmt: skip
+
+
+def _pick_options(kind: type[PickOptions]) -> Callable[[F], F]:
+    shared = plan_options("the preferred one of those that hold and reach the item", kind)
+    return lambda function: approach_option(drop_from_option("inside")(shared(function)))
 
 
 def plan_options(default_arm: str, of: type[PlanOptions] = PlanOptions) -> Callable[[F], F]:

@@ -9,7 +9,7 @@ import click
 from pickcli.commands.command import Command
 from pickcli.commands.option_types import RenamedOption
 from pickcli.commands.pick_request import plan_requested
-from pickcli.commands.plan_options import PickOptions, pick_options
+from pickcli.commands.plan_options import RecordedPickOptions, recorded_pick_options
 from pickcli.commands.scene_options import scene_or_cell_options
 from pickcli.commands.stated_pick import destination, refuse_impossible
 from pickcli.commands.stream_options import StreamOptions, plan_from_stream, stream_options
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
               default="avoid", show_default=True,
               help="avoid other items in the place (Delft), push them aside on the way out of an open "
                    "box, or ignore them (KTH).")  # fmt: skip
-@pick_options
+@recorded_pick_options
 def command(
     bin_name: str | None, item: str | None, pick: str | None, into: str | None, at: str | None,
-    neighbours: str, request: StreamOptions, options: PickOptions,
+    neighbours: str, request: StreamOptions, options: RecordedPickOptions,
 ) -> None:  # fmt: skip
     """Plan one pick: take an item, and bring it to the tote or to another place.
 
@@ -59,6 +59,7 @@ def command(
     from pickcli.planning.pick_settings import Neighbours
 
     request.refuse_scene(options.scene_path)
+    options.refuse_two_sources()
     if request.stream_path is not None:
         is_of_scene = bin_name is not None or pick is not None or at is not None
         if is_of_scene or neighbours != Neighbours.AVOID:

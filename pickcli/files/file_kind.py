@@ -52,6 +52,7 @@ STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 STACK = FileKind("a stack of tasks", "those of data/stacks are examples")
 PALLET = FileKind("an order of a pallet", "apc make-pallet-order draws one")
 STACKED = FileKind("a stacked pallet", "apc plan-pallet writes one")
+GRASPS = FileKind("a file of recorded grasps", "apc record-grasp writes one")
 DRIVING_AREA = FileKind("a driving area", "docs/formats/drive.md describes it")
 DRIVE = FileKind("a plan of a drive", "apc plan-drive writes one")
 WATCH = FileKind("a watch of a truck", "those of data/watches are examples")
@@ -79,6 +80,7 @@ KINDS = (
     STACK,
     PALLET,
     STACKED,
+    GRASPS,
     DRIVING_AREA,
     DRIVE,
     WATCH,
@@ -104,6 +106,7 @@ _BY_FORMAT = {
     b"stack": STACK,
     b"pallet": PALLET,
     b"stacked": STACKED,
+    b"grasps": GRASPS,
     b"driving": DRIVING_AREA,
     b"drive": DRIVE,
     b"watch": WATCH,

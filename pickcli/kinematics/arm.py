@@ -28,6 +28,8 @@ PRISMATIC_WEIGHT = 4.0
 LIMIT_MARGIN = 1e-3
 MOST_TURNED = 100 * 2 * np.pi  # rad, bound in the kernel for joints without limits
 
+_EXACT = 1e-9  # m and rad, tolerance of solutions that are to be the same wherever the descent began
+
 MAX_STEP_PRISMATIC = 0.05  # m, largest joint step between neighbouring poses of a line
 MAX_STEP_REVOLUTE = 0.12  # rad
 
@@ -189,6 +191,31 @@ class Arm:
             T_world_tip, self._T_last_tip, seeds, self._lower, self._upper, self.weights
         )
         return self._in_turn_of(seeds[0], np.asarray(solutions).reshape(-1, self.n))
+
+    def solve_near(
+        self, T_world_tip: Array, tool_state: ToolState, q: Array, fixed: Sequence[int] = ()
+    ) -> Array | None:
+        """Solve inverse kinematics by descent from one configuration, with some joints kept as there.
+
+        Positions of joints are not brought into another turn. What is found is exact up to rounding, so
+        descents from several configurations to one solution find the same.
+
+        Args:
+            T_world_tip: (4, 4) pose of the tool frame.
+            tool_state: State of the tool.
+            q: (n,) configuration from which the descent begins.
+            fixed: Indices of the joints that are kept.
+
+        Returns:
+            (n,) configuration within limits; None if the descent does not end in one.
+        """
+        lower, upper, kept = self._lower.copy(), self._upper.copy(), list(fixed)
+        lower[kept] = upper[kept] = q[kept]
+        found = self.chain(tool_state).ik(
+            T_world_tip, self._T_last_tip, q[None], lower, upper, self.weights,
+            position_tolerance=_EXACT, rotation_tolerance=_EXACT,
+        )  # fmt: skip
+        return np.asarray(found[0]) if len(found) else None
 
     def solve_spread(
         self, T_world_tip: Array, tool_state: ToolState, rng: np.random.Generator, n_seeds: int = 16

@@ -49,6 +49,8 @@ class PlannerRun:
         found: Length of the original path, m and rad mixed.
         length: Length of the shortened path.
         duration: s of the motion under the cell's limits, from rest to rest.
+        cost_bound: How many times the least cost on its graph the original path costs at most, as proven by
+            a search; None of planners that prove none.
     """
 
     planning: float
@@ -56,23 +58,26 @@ class PlannerRun:
     found: float
     length: float
     duration: float
+    cost_bound: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class BenchmarkQuery:
-    """A query from one free configuration to another.
+    """A query from one free configuration to another, or to any of several.
 
     Planning keeps a reserve that the proof does not require.
 
     Attributes:
-        cell: The cell, without items.
-        ends: Start and goal, (n,) each.
+        cell: The cell.
+        start: (n,) start.
+        goals: (G, n) goals.
         planning: Checker with the reserve.
         proving: Checker without the reserve.
     """
 
     cell: Cell
-    ends: tuple[Array, Array]
+    start: Array
+    goals: Array
     planning: SceneChecker
     proving: SceneChecker
 
@@ -96,7 +101,7 @@ class BenchmarkQuery:
         a, b = (cell.configurations[name] for name in names)
         tool_state = a.tool_state if a.tool_state == b.tool_state else MOVING
         validators = (checker(model, tool_state, payload, reserve) for reserve in (STORED_RESERVE, 0.0))
-        return cls(cell, (a.q, b.q), *validators)
+        return cls(cell, a.q, b.q[None], *validators)
 
     @cached_property
     def space(self) -> JointSpace:
@@ -110,8 +115,8 @@ class BenchmarkQuery:
 
     @property
     def bound(self) -> float:
-        """Lower bound on the duration of any motion, s."""
-        return lower_bound(self.limits, *self.ends)
+        """Lower bound on the duration of any motion to any goal, s."""
+        return min(lower_bound(self.limits, self.start, goal) for goal in self.goals)
 
 
 class BenchmarkEntry(Protocol):
@@ -167,14 +172,13 @@ class GeometricEntry:
         """
         began = time.perf_counter()
         options = PlannerOptions(self.planner, self.max_iterations)
-        start, goal = query.ends
-        found = plan(query.planning, query.space, start, goal[None], seed=seed, options=options)
+        found = plan(query.planning, query.space, query.start, query.goals, seed=seed, options=options)
         planned = time.perf_counter()
         if found is None:
             return None
         path = shorten(query.planning, query.space, found, seed=seed, iterations=self.n_shortcuts)
         try:
-            duration = _timed(query, path)
+            duration = timed_duration(query, path)
         except NoPlanError:  # a blend at a corner that could not be proven
             return None
         return PlannerRun(planned - began, time.perf_counter() - began, found.length, path.length, duration)
@@ -201,7 +205,7 @@ class MinimumTimeEntry:
         """Search one query; repeatable by seed except for the wall clock.
 
         Args:
-            query: Start and goal.
+            query: Start and one goal.
             seed: Seed of all random choices.
 
         Returns:
@@ -213,13 +217,13 @@ class MinimumTimeEntry:
             TrajectoryValidator(query.planning, query.space),
             query.planning,
             limits,
-            query.ends,
+            (query.start, query.goals[0]),
             self.settings,
         )
         names = query.cell.robot.joint_names
 
         def finish(motion: ParabolicTrajectory) -> Trajectory | None:
-            timed = filter_jerk(names, motion, query.ends[1], limits, query.limits)
+            timed = filter_jerk(names, motion, query.goals[0], limits, query.limits)
             return timed if is_proven(timed, proof) else None
 
         best = search.minimum_time(seed, finish, self.good * query.bound)
@@ -229,8 +233,19 @@ class MinimumTimeEntry:
         return PlannerRun(spent, spent, length, length, best.duration)
 
 
-def _timed(query: BenchmarkQuery, path: JointPath) -> float:
-    """Return the duration (s) of the path with blended corners, proven, under the cell's limits."""
+def timed_duration(query: BenchmarkQuery, path: JointPath) -> float:
+    """Time a path with blended corners, proven, under the cell's limits.
+
+    Args:
+        query: The query that the path answers.
+        path: The path.
+
+    Returns:
+        s from rest to rest.
+
+    Raises:
+        NoPlanError: A blend could not be proven.
+    """
 
     def is_free(part: int, chords: Array, slack: Array | None) -> int:
         return query.proving.first_blocked_edge(chords, slack)

@@ -47,6 +47,8 @@ class PlannerSummary:
         duration: s, averaged in the same way.
         ratio: Durations over lower bounds, both summed.
         best_ratio: The ratio with each pair's best attempt.
+        cost_bound: Proven bounds on the costs of original paths, median and worst over all solved attempts;
+            NaN of planners that prove none.
     """
 
     planner: str
@@ -58,6 +60,7 @@ class PlannerSummary:
     duration: float
     ratio: float
     best_ratio: float
+    cost_bound: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -129,6 +132,7 @@ def _standing(planner: str, attempts: Sequence[BenchmarkAttempt], common: set[Na
         _mean(medians("duration")),
         _ratio(medians("duration"), bounds),
         _ratio(best, bounds),
+        _median_and_worst([answer.cost_bound for answer in answers if answer.cost_bound is not None]),
     )
 
 
@@ -136,6 +140,10 @@ def _median_and_p95(seconds: Sequence[float]) -> tuple[float, float]:
     if not seconds:
         return float("nan"), float("nan")
     return float(np.median(seconds)), float(np.percentile(seconds, 95))
+
+
+def _median_and_worst(bounds: Sequence[float]) -> tuple[float, float]:
+    return (float(np.median(bounds)), max(bounds)) if bounds else (float("nan"), float("nan"))
 
 
 def _mean(values: Array) -> float:

@@ -14,6 +14,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.grasping.grasp_method import GraspMethod
 from pickcli.grasping.method_choice import grasp_method
+from pickcli.grasping.recorded_grasp import RecordedGrasp
 from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.planning.pick_settings import DEFAULTS, DropPlace, GraspApproach, PickSettings
@@ -34,6 +35,8 @@ class PlanningContext:
         database: The cell's trajectory database, if it is built.
         settings: Settings of picks.
         learned: Motions that are looked up if ``database`` has none.
+        recorded: Grasps that picks choose from, instead of those that ``settings.approach`` names; None for
+            those.
     """
 
     cell: Cell
@@ -41,6 +44,7 @@ class PlanningContext:
     database: TrajectoryDatabase | None = None
     settings: PickSettings = DEFAULTS
     learned: TrajectoryDatabase | None = None
+    recorded: tuple[RecordedGrasp, ...] | None = None
 
     @cached_property
     def roadmap(self) -> Roadmap:

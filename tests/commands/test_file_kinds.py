@@ -15,6 +15,7 @@ from pickcli.files.file_kind import (
     DETECTED,
     DRIVE,
     DRIVING_AREA,
+    GRASPS,
     ITEMS,
     JOINT_LIMITS,
     KINDS,
@@ -53,7 +54,8 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "build-trajectories": {"cell_name": CELL},
     "suggest-configurations": {"cell_name": CELL},
     "suggest-mount": {"cell_name": CELL},
-    "compare-planners": {"cell_name": CELL},
+    "compare-planners": {"cell_name": CELL, "stream_path": STREAM},
+    "record-grasp": {"plan_path": PLAN, "cell_name": CELL, "items_path": ITEMS},
     "make-order": {},
     "make-pallet-order": {},
     "plan-pallet": {"order_path": PALLET},
@@ -71,7 +73,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "render": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "plan-pick": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
-        "stream_path": STREAM,
+        "stream_path": STREAM, "grasps_path": GRASPS,
     },
     "plan-move": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
@@ -173,6 +175,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     found[WATCHED_SCENE].write_text("format: apc watched scene\nversion: 1\n")
     found[WATCHED_DRIVE].write_text('{"format": "apc watched drive", "version": 1}\n')
     found[DETECTED].write_text('{"format": "apc detected pallet", "version": 1}\n')
+    found[GRASPS].write_text('{"format": "apc grasps", "version": 1}\n')
     found[STACKED].write_text('{"format": "apc stacked pallet", "version": 1}\n')
     tsrs = folder / "regions.tsrs"
     tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")
@@ -197,6 +200,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["driver_name"] = "recorder"
     if command == "check" and name == "items_path":  # stores know no items
         right["path"] = files[SCENE]
+    if command == "record-grasp":
+        right |= {"item": None} if name == "plan_path" else {"grasp": "0,0,20,180,0,0"}
     if command == "plan-stow":
         right["scene_path"] = files[TRIALS] / IN_TOTE
     needed = {"scene_path", "urdf"} - ({"scene_path"} if name == "stream_path" else set())

@@ -144,3 +144,28 @@ def test_joints_that_turn_twice_stay_in_the_turn_that_is_asked_for() -> None:
         assert len(there) > 0 and np.abs(there - q).max() <= np.pi
         for found in (*near, *there):
             assert np.allclose(arm.tip(found, state), T, atol=1e-4)
+
+
+def test_a_descent_keeps_fixed_joints_and_ends_in_the_same_wherever_it_began(
+    arm: Arm, rng: np.random.Generator
+) -> None:
+    fixed, n_found = (0, 3), 0
+    for q in arm.random_seeds(rng, 30):
+        T = arm.tip(q, STRAIGHT)
+        near = [
+            q + np.where(np.isin(np.arange(arm.n), fixed), 0.0, rng.uniform(-0.05, 0.05, arm.n)) for _ in "ab"
+        ]
+        found = [arm.solve_near(T, STRAIGHT, start, fixed) for start in near]
+        for solved in filter(lambda each: each is not None, found):
+            assert solved is not None
+            assert np.array_equal(solved[list(fixed)], q[list(fixed)])
+            np.testing.assert_allclose(arm.tip(solved, STRAIGHT), T, atol=1e-8)
+        first, second = found
+        if first is not None and second is not None and np.abs(first - second).max() < 0.02:
+            np.testing.assert_allclose(first, second, atol=1e-6)
+            n_found += 1
+    assert n_found > 15
+
+
+def test_a_descent_to_what_is_out_of_reach_ends_in_nothing(arm: Arm, rng: np.random.Generator) -> None:
+    assert arm.solve_near(pose((9.0, 0.0, 0.0)), STRAIGHT, arm.random_seeds(rng, 1)[0]) is None

@@ -52,8 +52,8 @@ def test_no_answer_is_faster_than_its_bound() -> None:
 def test_lengths_are_those_of_the_path_as_found_and_of_one_that_costs_no_more(name: PlannerName) -> None:
     cell = small_cell(*BLOCKED)
     query = BenchmarkQuery.of(cell, CollisionModel(cell), BLOCKED, PayloadClass.EMPTY)
-    tests, joints, (start, goal) = query.planning, query.space, query.ends
-    found = plan(tests, joints, start, goal[None], seed=1, options=PlannerOptions(name, 400))
+    tests, joints, start, goals = query.planning, query.space, query.start, query.goals
+    found = plan(tests, joints, start, goals, seed=1, options=PlannerOptions(name, 400))
     assert found is not None
     short = shorten(tests, joints, found, seed=1, iterations=100)
     answer = GeometricEntry(name, 400, 100).answer(query, 1)

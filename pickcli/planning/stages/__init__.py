@@ -2,7 +2,8 @@
 
 - Grasp, in `grasp_selection`: `target_check` checks whether the item may be taken at all, `tool_clearance`
   plans for the tool without the arm, before any inverse kinematics; `grasp_motion` proves the lines of one
-  grasp. Candidates are fixed ones of `grasping`, or found from the arm by `region_candidates`.
+  grasp. Candidates are fixed ones of `grasping`, or found from the arm by `region_candidates`, or
+  taken from a file by `recorded_candidates`.
 - Extraction, in `extraction`: `planned_extraction` and `lift_sampling` if no simple corridor is free.
 - Over a running belt: `reach_table` says at once what is never met, `belt_raise` lengthens the lines to
   where the arm may wait whatever comes, and `line_pace` slows them down, so that the belt may change its

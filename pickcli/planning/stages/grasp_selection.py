@@ -20,6 +20,7 @@ from pickcli.planning.pick_settings import GraspApproach
 from pickcli.planning.region_query import RegionSearch
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.recorded_candidates import recorded_candidates
 from pickcli.planning.stages.region_candidates import region_candidates
 from pickcli.planning.stages.shift_end import plan_end_of_shift, shift_transforms
 from pickcli.planning.stages.target_check import check_target
@@ -37,6 +38,7 @@ _FIXED: tuple[tuple[Search | RegionSearch, CorridorSet], ...] = (
     (USUAL, CorridorSet.FEW),
     (WIDE_SEARCH, CorridorSet.MANY),
 )
+_RECORDED: tuple[tuple[Search | RegionSearch, CorridorSet], ...] = ((USUAL, CorridorSet.MANY),)
 _BY_REGION = ((RegionSearch(250, 2), CorridorSet.FEW), (RegionSearch(1000, 8), CorridorSet.MANY))
 SEARCHES = {
     GraspApproach.LINES: _FIXED,
@@ -59,7 +61,8 @@ def feasible_grasps(
     """
     rng = derived_rng(problem.seed, "grasps", problem.target.id)
     failures = Failures()
-    for search, corridors in SEARCHES[problem.settings.approach]:
+    is_recorded = problem.context.recorded is not None
+    for search, corridors in _RECORDED if is_recorded else SEARCHES[problem.settings.approach]:
         candidates = _candidates(problem, search, corridors, exclude, rng)
         if isinstance(candidates, Failures):
             return (), failures + candidates
@@ -92,7 +95,9 @@ def _candidates(
     exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator,
 ) -> CandidateSet | Failures:  # fmt: skip
     """Return the candidates of a search but those to exclude; or the reasons against picking the target."""
-    if isinstance(search, RegionSearch):
+    if (recorded := problem.context.recorded) is not None:
+        found = recorded_candidates(problem, recorded)
+    elif isinstance(search, RegionSearch):
         ways_out = _ways_out(problem, corridors)
         if isinstance(ways_out, Failures):
             return ways_out

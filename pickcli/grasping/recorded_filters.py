@@ -1,0 +1,116 @@
+"""The two filters of the PR2 system of 2013 over recorded grasps (IV-A): chase and kinematics.
+
+The chase filter throws away what comes to a moving item against its motion; what is left is tested by inverse
+kinematics of pregrasp and grasp. All pregrasps that pass both are one goal set for the planner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.tool import ToolState
+from pickcli.errors import InputError
+from pickcli.geometry import Array
+from pickcli.grasping.recorded_grasp import RecordedGrasp
+from pickcli.kinematics.arm import Arm
+from pickcli.seeds import derived_rng
+
+CHASE_ANGLE = float(np.radians(30.0))  # the paper's
+N_SEEDS = 16  # of inverse kinematics of one grasp
+
+
+@dataclass(frozen=True, eq=False)
+class ReachedGrasp:
+    """A recorded grasp at an item, and how the arm reaches it.
+
+    Attributes:
+        grasp: The grasp.
+        q_pregrasp: (n,) configuration at the pregrasp.
+        q_grasp: (n,) at the grasp, on the same branch of inverse kinematics.
+    """
+
+    grasp: RecordedGrasp
+    q_pregrasp: Array
+    q_grasp: Array
+
+
+def chase_cosine(grasp: RecordedGrasp, T_world_item: Array, velocity: Array) -> float:
+    """Compute the cosine between an item's velocity and the way back from the grasp to the pregrasp.
+
+    Args:
+        grasp: The grasp.
+        T_world_item: (4, 4) pose of the item.
+        velocity: (3,) m/s of the item in the world, not 0.
+
+    Returns:
+        The paper's c: -1 where the tool runs after the item, 1 where it comes straight against it.
+
+    Raises:
+        InputError: The velocity is 0 or not finite.
+    """
+    speed = float(np.linalg.norm(velocity))
+    if not 0.0 < speed < np.inf:
+        raise InputError("chase filter: the item has no velocity; on a belt that stands leave it out")
+    back = T_world_item[:3, :3] @ (grasp.T_item_pregrasp[:3, 3] - grasp.T_item_grasp[:3, 3])
+    return float(velocity @ back / (speed * np.linalg.norm(back)))
+
+
+def chase_filter(
+    grasps: Sequence[RecordedGrasp], T_world_item: Array, velocity: Array, angle: float = CHASE_ANGLE
+) -> tuple[RecordedGrasp, ...]:
+    """Keep grasps whose tool does not run after the item.
+
+    Rejected is what moves from pregrasp to grasp within an angle of the item's velocity: there the relative
+    speed is small, and the meeting late.
+
+    Args:
+        grasps: The grasps.
+        T_world_item: (4, 4) pose of the item.
+        velocity: (3,) m/s of the item in the world, not 0.
+        angle: rad.
+
+    Returns:
+        Those that are kept, in their order.
+
+    Raises:
+        InputError: The velocity is 0 or not finite.
+    """
+    least = -float(np.cos(angle))
+    return tuple(grasp for grasp in grasps if chase_cosine(grasp, T_world_item, velocity) >= least)
+
+
+def kinematic_filter(
+    grasps: Sequence[RecordedGrasp], T_world_item: Array, arm: Arm, seed: int = 0
+) -> tuple[ReachedGrasp, ...]:
+    """Keep grasps whose pregrasp and grasp the arm reaches, by every posture that is found.
+
+    Args:
+        grasps: The grasps; those of another tool are left out.
+        T_world_item: (4, 4) pose of the item.
+        arm: The arm.
+        seed: Seed of inverse kinematics.
+
+    Returns:
+        The grasps with the configurations, in their order; one grasp may be reached in several postures.
+    """
+    states = {state.name: state for state in arm.robot.tool.states}
+    return tuple(
+        reached
+        for k, grasp in enumerate(grasps)
+        if grasp.tool_state in states
+        for reached in _postures(
+            grasp, T_world_item, arm, states[grasp.tool_state], derived_rng(seed, "recorded", k)
+        )
+    )
+
+
+def _postures(
+    grasp: RecordedGrasp, T_world_item: Array, arm: Arm, state: ToolState, rng: np.random.Generator
+) -> Iterator[ReachedGrasp]:
+    for q in arm.solve_spread(T_world_item @ grasp.T_item_grasp, state, rng, N_SEEDS):
+        before = arm.solve_near(T_world_item @ grasp.T_item_pregrasp, state, q)
+        if before is not None:
+            yield ReachedGrasp(grasp, before, q)
