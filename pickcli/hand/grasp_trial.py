@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
-
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import BeltHand, GraspObject
 from pickcli.hand.grasp_execution import GraspExecution, GraspStage, StageName
@@ -15,7 +13,7 @@ from pickcli.hand.grasp_world import Deviation, GraspWorld, Standing
 from pickcli.hand.hand_urdf import HINGES
 
 LIFTED = 0.5  # share of the lift by which an object must have risen
-SWEPT_SIDES = ("left_distal", "right_distal")
+ENVELOPED = 0.8  # share of an object's width, that the gap between the tips is at most
 
 
 class GraspEnd(StrEnum):
@@ -55,8 +53,8 @@ class GraspTrial:
     Attributes:
         pre_grasp: What was played.
         end: What it came to.
-        is_enveloping: Whether the fingers lie around one lifted object: its middle lies nearer to the palm than
-            where both distal phalanges touch it.
+        is_enveloping: Whether the fingers lie around one lifted object: both touch it, and the gap between their
+            tips, which lie before its middle, is less than 0.8 of its width.
         stages: The stages.
         held: Names of lifted objects.
         most_force: N, largest force of an object on a pad.
@@ -99,7 +97,7 @@ def play_grasp(hand: BeltHand, kind: GraspObject, pre_grasp: PreGrasp) -> GraspT
     execution.run(pre_grasp.goal, pre_grasp.seconds)
     rise = LIFTED * hand.control.lift
     held = tuple(name for name in world.names if float(world.pose(name)[2, 3]) - before[name] > rise)
-    is_enveloping = len(held) == 1 and _is_enveloped(world, held[0])
+    is_enveloping = len(held) == 1 and _is_enveloped(world, kind, held[0])
     end = GraspEnd.STOPPED if execution.is_stopped else _judged(held, watch)
     return GraspTrial(pre_grasp, end, is_enveloping, tuple(execution.stages), held, watch.most_force)
 
@@ -137,7 +135,9 @@ def _judged(held: tuple[str, ...], watch: _Watch) -> GraspEnd:
     return GraspEnd.HINGE if watch.was_on_hinge else GraspEnd.DROPPED
 
 
-def _is_enveloped(world: GraspWorld, name: str) -> bool:
-    middle = world.middle_in_hand(name)[0]
-    touched = world.contacts(name)
-    return all(link in touched and bool(np.max(touched[link], axis=0)[0] > middle) for link in SWEPT_SIDES)
+def _is_enveloped(world: GraspWorld, kind: GraspObject, name: str) -> bool:
+    """Whether both fingers touch an object, and their tips before it leave no gap through which it fits."""
+    tips, middle = world.hand.tips, world.middle_in_hand(name)[0]
+    touching = {link.split("_")[0] for link in world.contacts(name)}
+    gap = -float(tips[:, 1].sum())
+    return {"left", "right"} <= touching and bool(tips[:, 0].min() > middle) and gap < ENVELOPED * kind.width

@@ -13,7 +13,7 @@ import numpy as np
 from pickcli.geometry import Array, cross, length
 from pickcli.hand.belt_hand import BeltHand
 from pickcli.hand.closing_motor import ClosingMotor
-from pickcli.hand.hand_urdf import FINGER_JOINTS, HINGES, PALM, WRIST, write_hand_urdf
+from pickcli.hand.hand_urdf import FINGER_JOINTS, HINGES, PALM, WRIST, pad_offset, write_hand_urdf
 from pickcli.hand.pad_friction import BeltDrive, PadFriction
 from pickcli.hand.wrist_impedance import WristImpedance
 from pickcli.simulation.engine import ContactPoint, Engine
@@ -113,9 +113,15 @@ class SimulatedHand:
         self.q, self.dq = np.array(start), np.zeros(len(start))
 
     @property
-    def bends(self) -> Array:
-        """(2,) rad, angles of the hinges."""
-        return np.asarray(self.q[N_WRIST:].reshape(2, 2)[:, 1])
+    def tips(self) -> Array:
+        """(2, 2) m in the frame of the hand: along the approach, and inwards beyond the middle, of each pad's end."""
+        fingers = self.hand.fingers
+        at, turn = self.q[N_WRIST:].reshape(2, 2).T
+        turn = at + turn
+        along = fingers.proximal * np.cos(at) + fingers.distal * np.cos(turn)
+        inwards = fingers.proximal * np.sin(at) + fingers.distal * np.sin(turn) - fingers.base / 2
+        offset = pad_offset(self.hand)
+        return np.array([along - offset * np.sin(turn), inwards + offset * np.cos(turn)]).T
 
     def pressing(self, link: str) -> dict[str, float]:
         """Return the objects on a pad.
