@@ -130,6 +130,8 @@ class GraspControl:
     """How a grasp is executed.
 
     Attributes:
+        reach: m from the palm to the middle of a single object, where the fingers close.
+        cluster_reach: m from the palm to the middle of the nearest object of a cluster, there.
         standing: rad/s below which the encoder of the closing motor stands.
         standing_time: s for which it stands, or a belt blocks, until that counts.
         two_objects: rad; if the fingers stand on something wider than at this angle, two objects are taken.
@@ -141,6 +143,8 @@ class GraspControl:
         hold: s in which the lifted object is watched.
     """
 
+    reach: float
+    cluster_reach: float
     standing: float
     standing_time: float
     two_objects: float

@@ -12,6 +12,7 @@ from pickcli.hand.grasp_execution import GraspExecution, GraspStage, StageName
 from pickcli.hand.grasp_world import Deviation, GraspWorld, Standing
 from pickcli.hand.hand_urdf import HINGES
 
+LOOK_STEPS = 10  # steps between looks at objects in the hand
 LIFTED = 0.5  # share of the lift by which an object must have risen
 ENVELOPED = 0.8  # share of an object's width, that the gap between the tips is at most
 
@@ -103,17 +104,21 @@ def play_grasp(hand: BeltHand, kind: GraspObject, pre_grasp: PreGrasp) -> GraspT
 
 
 class _Watch:
-    """What is seen of objects in the hand while it grasps."""
+    """What is seen of objects in the hand while it grasps, every 20 ms."""
 
     def __init__(self) -> None:
         self.most_force = 0.0
         self.was_between = self.was_on_hinge = False
+        self._n_steps = 0
 
     def __call__(self, world: GraspWorld) -> None:
+        self._n_steps += 1
+        if self._n_steps % LOOK_STEPS:
+            return
         hand = world.hand
         pressed = [(link, name, force) for link in hand.drives for name, force in hand.pressing(link).items()]
         self.most_force = max([self.most_force, *(force for _, _, force in pressed)])
-        if hand.motor.set_point > 0.0 and hand.wrist.is_level_soft:
+        if hand.wrist.is_level_soft:
             self._look_between(world, pressed)
 
     def _look_between(self, world: GraspWorld, pressed: list[tuple[str, str, float]]) -> None:

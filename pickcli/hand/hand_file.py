@@ -120,6 +120,10 @@ class WristModel(FileModel):
 class GraspControlModel(FileModel):
     """How a grasp is executed."""
 
+    reach: Length = Field(description="m from the palm to the middle of a single object")
+    cluster_reach: Length = Field(
+        description="m from the palm to the middle of the nearest object of a cluster"
+    )
     standing: Annotated[float, Field(gt=0, le=1)] = Field(description="rad/s below which the encoder stands")
     standing_time: Duration = Field(description="s until it counts")
     two_objects: Annotated[float, Field(ge=-1.2, le=1.2)] = Field(
