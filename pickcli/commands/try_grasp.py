@@ -9,8 +9,9 @@ import click
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.option_types import FiniteRange
 from pickcli.commands.options import json_option, seed_option
-from pickcli.commands.progress_bar import progress_bar
+from pickcli.commands.progress_bar import progress
 from pickcli.errors import InputError, UnknownNameError
+from pickcli.progress import Progress
 
 if TYPE_CHECKING:
     from pickcli.hand.belt_hand import BeltHand, GraspObject
@@ -61,13 +62,15 @@ def command(
     kind = hand.objects[object_name]
     drawn = _drawn(hand, kind, poses, grasps, seed, (*(offset or (0.0,) * 3), *(tilt or (0.0,) * 2)))
     trials = []
-    with progress_bar("grasps") as progress:
+    with progress("grasps") as show:
         for k, each in enumerate(drawn):
+            show(Progress(k, len(drawn), kind.name))
             trials.append(play_grasp(hand, kind, each))
-            progress(k + 1, len(drawn))
     figures = grasp_figures(trials)
     if as_json:
-        emit_json({"hand": hand.name, "object": kind.name, **figures, "trials": [*map(grasp_as_json, trials)]})
+        emit_json(
+            {"hand": hand.name, "object": kind.name, **figures, "trials": [*map(grasp_as_json, trials)]}
+        )
     elif poses is None:
         _print_stages(trials[0])
     else:

@@ -98,7 +98,9 @@ class BeltsModel(FileModel):
     mass: Annotated[float, Field(ge=0.05, le=10)] = Field(
         description="kg of belt and motor, reflected to the belt"
     )
-    stiffness: Annotated[float, Field(ge=100, le=5000)] = Field(description="N/m of the surface along the pad")
+    stiffness: Annotated[float, Field(ge=100, le=5000)] = Field(
+        description="N/m of the surface along the pad"
+    )
     damping: Annotated[float, Field(ge=0, le=10)] = Field(description="Ns/m")
 
 
@@ -141,7 +143,9 @@ class PartModel(FileModel):
     """A solid of an object, upright."""
 
     box: Annotated[tuple[Length, ...], Len(3, 3)] | None = Field(None, description="m, full extents")
-    cylinder: Annotated[tuple[Length, ...], Len(2, 2)] | None = Field(None, description="m, radius and height")
+    cylinder: Annotated[tuple[Length, ...], Len(2, 2)] | None = Field(
+        None, description="m, radius and height"
+    )
     z: Annotated[float, Field(ge=0, le=1)] | None = Field(
         None, description="m of its centre; by default it stands on the floor"
     )

@@ -92,7 +92,9 @@ def _add_finger(root: ElementTree.Element, hand: BeltHand, side: str, sign: floa
     hinge = pose((fingers.proximal, 0.0, 0.0))
     _add_joint(root, distal, JointType.REVOLUTE, proximal, distal, hinge, axis, (0.0, fingers.most_bent))
     cylinder = Shape(ShapeKind.CYLINDER, (fingers.hinge_radius, fingers.height))
-    _add_solid(root, f"{side}_hinge", _inertial(SMALL, np.full(3, SMALL * 1e-2)), Body("hinge", cylinder, np.eye(4)))
+    _add_solid(
+        root, f"{side}_hinge", _inertial(SMALL, np.full(3, SMALL * 1e-2)), Body("hinge", cylinder, np.eye(4))
+    )
     _add_joint(root, f"{side}_hinge", JointType.FIXED, proximal, f"{side}_hinge", hinge, axis, (0.0, 0.0))
 
 

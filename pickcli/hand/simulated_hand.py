@@ -163,9 +163,7 @@ class SimulatedHand:
         self.dq = self._engine.joint_velocities(HAND, self._joints)
         gravity = self._engine.inverse_dynamics(HAND, self.q, self.dq * 0.0, self.dq * 0.0)[:N_WRIST]
         wrist = self.wrist.efforts(self.q[:N_WRIST], self.dq[:N_WRIST], gravity)
-        fingers = self.motor.advance(
-            self.q[N_WRIST:].reshape(2, 2), self.dq[N_WRIST:].reshape(2, 2), dt
-        )
+        fingers = self.motor.advance(self.q[N_WRIST:].reshape(2, 2), self.dq[N_WRIST:].reshape(2, 2), dt)
         self._engine.exert(HAND, self._joints, np.concatenate([wrist, fingers.ravel()]))
         for link, drive in self.drives.items():
             drive.advance(self._rub(link, drive.speed, dt), dt)
@@ -200,9 +198,7 @@ class SimulatedHand:
             return 0.0
         across = cross(contact.normal, contact.along)
         velocity, turning = engine.relative_velocity(name, HAND, link, contact.point)
-        rates = np.array(
-            [velocity @ contact.along + speed, velocity @ across, turning @ contact.normal]
-        )
+        rates = np.array([velocity @ contact.along + speed, velocity @ across, turning @ contact.normal])
         along, aside, turn = press.friction.load(rates, press.force, contact.radius, dt)
         force, torque = along * contact.along + aside * across, turn * contact.normal
         engine.apply_force(name, force, contact.point)
