@@ -2,11 +2,12 @@
 
     python -m bench.hand [--grid 526] [--near 100] [--clusters 25] [--seed 0]
 
-The grid: two boxes, a spray bottle and a can, from poses within 10 x 8 x 4 cm with roll and pitch of 10 degrees
-either way, in all as many as --grid says. Near: the same objects, --near poses in all within 2 cm and 10 degrees, of
-which those count that end with the fingers around the object. Clusters: nine cans of one kind, tightly packed,
---clusters grasps for each of three kinds and two arrangements. Masses, friction and how objects stand deviate from
-the file; of clusters the closest point and the direction to it are perceived with noise. Time is simulated.
+The grid: two boxes, a spray bottle and a can, from poses within 10 x 8 x 4 cm with roll and pitch of 10
+degrees either way, in all as many as --grid says. Near: the same objects, --near poses in all within 2 cm and
+10 degrees, of which those count that end with the fingers around the object. Clusters: nine cans of one kind,
+tightly packed, --clusters grasps for each of three kinds and two arrangements. Masses, friction and how
+objects stand deviate from the file; of clusters the closest point and the direction to it are perceived with
+noise. Time is simulated.
 """
 
 from __future__ import annotations

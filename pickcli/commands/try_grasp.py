@@ -27,11 +27,11 @@ OFFSET, TILT = FiniteRange(-0.1, 0.1), FiniteRange(-0.5, 0.5)
 @click.option("--object", "object_name", metavar="OBJECT", required=True,
               help="Object to grasp, one of the hand's file.")  # fmt: skip
 @click.option("--offset", type=(OFFSET, OFFSET, OFFSET), metavar="X Y Z", default=None,
-              help="Offset of the hand, m along the approach, to its left and up.  [default: 0 0 0]")  # fmt: skip
+              help="Offset of the hand, m along the approach, left and up.  [default: 0 0 0]")  # fmt: skip
 @click.option("--tilt", type=(TILT, TILT), metavar="ROLL PITCH", default=None,
               help="Tilt of the hand, rad.  [default: 0 0]")  # fmt: skip
 @click.option("--poses", type=click.Choice(POSES), default=None,
-              help="Draw many grasps: from a grid about an object, near it, or before a cluster.")  # fmt: skip
+              help="Draw many grasps: in a grid about an object, near it, or before a cluster.")  # fmt: skip
 @click.option("--grasps", type=click.IntRange(1, MOST_GRASPS), default=10, show_default=True, metavar="N",
               help="Number of grasps with --poses.")  # fmt: skip
 @seed_option
@@ -42,8 +42,8 @@ def command(
 ) -> None:  # fmt: skip
     """Grasp an object with a hand with belts in simulation, and show how each stage went.
 
-    HAND is a name under data/hands or a file. Without --poses one grasp is played, of an object that stands
-    alone, and told stage by stage. With it, many are, with noise from the seed, and counted by what they came to.
+    HAND is a name under data/hands or a file. Without --poses one grasp of an object that stands alone is
+    played, and told stage by stage. With it many are, with noise from the seed, and counted by their ends.
 
     \b
     Example:
@@ -103,8 +103,9 @@ def _print_stages(trial: GraspTrial) -> None:
     table = Table("stage", "from, s", "to, s", "ended by", "current, A", "fingers, rad", "blocked belts")
     for stage in trial.stages:
         table.add_row(
-            stage.name.value, f"{stage.start:.2f}", f"{stage.end:.2f}", stage.ended_by, f"{stage.current:.2f}",
-            f"{stage.angle:.3f}", ", ".join(name.replace("_", " ") for name in stage.blocked),
+            stage.name.value, f"{stage.start:.2f}", f"{stage.end:.2f}", stage.ended_by,
+            f"{stage.current:.2f}", f"{stage.angle:.3f}",
+            ", ".join(name.replace("_", " ") for name in stage.blocked),
         )  # fmt: skip
     stdout_console().print(table)
     envelops = ", enveloped by the fingers" if trial.is_enveloping else ""

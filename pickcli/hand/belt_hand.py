@@ -9,7 +9,7 @@ from pickcli.cell.shapes import Body
 
 
 @dataclass(frozen=True)
-class Fingers:
+class HandFingers:
     """Two fingers that mirror each other, each of two phalanges.
 
     Attributes:
@@ -203,7 +203,7 @@ class BeltHand:
     """
 
     name: str
-    fingers: Fingers
+    fingers: HandFingers
     palm: Palm
     drive: ClosingDrive
     belts: Belts

@@ -56,7 +56,7 @@ class GraspStage:
     blocked: tuple[str, ...]
 
 
-class _Overloaded(Exception):
+class _OverloadError(Exception):
     """A torque of the wrist is beyond its threshold."""
 
 
@@ -99,7 +99,7 @@ class GraspExecution:
             self._stage(StageName.PULL_IN, self._pull_in)
             self._stage(StageName.FIRM, self._hold_firmly)
             self._stage(StageName.LIFT, self._lift)
-        except _Overloaded:
+        except _OverloadError:
             self.is_stopped = True
 
     def _stage(self, name: StageName, act: Callable[[], str]) -> None:
@@ -118,7 +118,7 @@ class GraspExecution:
         self._world.step()
         self._watch(self._world)
         if self._hand.wrist.is_overloaded:
-            raise _Overloaded
+            raise _OverloadError
 
     def _wait(self, seconds: float) -> None:
         for _ in range(round(seconds / TIME_STEP)):

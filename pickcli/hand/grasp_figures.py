@@ -18,8 +18,8 @@ def grasp_figures(trials: Sequence[GraspTrial]) -> dict[str, Any]:
         trials: At least one.
 
     Returns:
-        Numbers of grasps: all, lifted, enveloping, with a separation, and by end; s of approach and execution in
-        the mean; N, the largest force on a pad.
+        Numbers of grasps: all, lifted, enveloping, with a separation, and by end; s of approach and execution
+        in the mean; N, the largest force on a pad.
     """
     return {
         "grasps": len(trials),

@@ -9,7 +9,7 @@ from enum import StrEnum
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import BeltHand, GraspObject
 from pickcli.hand.grasp_execution import GraspExecution, GraspStage, StageName
-from pickcli.hand.grasp_world import Deviation, GraspWorld, Standing
+from pickcli.hand.grasp_world import WorldDeviation, GraspWorld, Standing
 from pickcli.hand.hand_urdf import HINGES
 
 LOOK_STEPS = 10  # steps between looks at objects in the hand
@@ -43,7 +43,7 @@ class PreGrasp:
     stand: Sequence[Standing]
     start: Array
     goal: Array
-    deviation: Deviation
+    deviation: WorldDeviation
     seconds: float
 
 
@@ -54,8 +54,8 @@ class GraspTrial:
     Attributes:
         pre_grasp: What was played.
         end: What it came to.
-        is_enveloping: Whether the fingers lie around one lifted object: both touch it, and the gap between their
-            tips, which lie before its middle, is less than 0.8 of its width.
+        is_enveloping: Whether the fingers lie around one lifted object: both touch it, and the gap between
+            their tips, which lie before its middle, is less than 0.8 of its width.
         stages: The stages.
         held: Names of lifted objects.
         most_force: N, largest force of an object on a pad.

@@ -37,7 +37,7 @@ class Standing:
 
 
 @dataclass(frozen=True)
-class Deviation:
+class WorldDeviation:
     """By what the world deviates from the file.
 
     Attributes:
@@ -71,7 +71,7 @@ class GraspWorld:
         kind: GraspObject,
         stand: Sequence[Standing],
         wrist: Array,
-        deviation: Deviation = Deviation(),  # noqa: B008
+        deviation: WorldDeviation = WorldDeviation(),
     ) -> None:
         self._engine = Engine(TIME_STEP)
         table = Body(TABLE, Shape(ShapeKind.BOX, TABLE_SIZE), pose((0.0, 0.0, -TABLE_SIZE[2] / 2)))

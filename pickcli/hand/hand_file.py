@@ -19,7 +19,7 @@ from pickcli.hand.belt_hand import (
     BeltHand,
     Belts,
     ClosingDrive,
-    Fingers,
+    HandFingers,
     GraspControl,
     GraspObject,
     Palm,
@@ -34,7 +34,7 @@ Duration = Annotated[float, Field(ge=0.01, le=60)]  # s
 Current = Annotated[float, Field(gt=0, le=100)]  # A
 
 
-class FingersModel(FileModel):
+class HandFingersModel(FileModel):
     """Two fingers of two phalanges."""
 
     base: Length = Field(description="m between the proximal joints")
@@ -51,7 +51,7 @@ class FingersModel(FileModel):
     most_bent: Annotated[float, Field(ge=0.05, le=2)] = Field(description="rad, inwards, of a hinge")
 
     @model_validator(mode="after")
-    def _is_sound(self) -> FingersModel:
+    def _is_sound(self) -> HandFingersModel:
         if self.hinge_relief >= self.hinge_radius:
             raise ValueError(
                 f"expected a hinge_relief below the hinge_radius of {self.hinge_radius:g} m, "
@@ -139,19 +139,17 @@ class GraspControlModel(FileModel):
     hold: Duration = Field(description="s")
 
 
-class PartModel(FileModel):
+class ObjectPartModel(FileModel):
     """A solid of an object, upright."""
 
     box: Annotated[tuple[Length, ...], Len(3, 3)] | None = Field(None, description="m, full extents")
-    cylinder: Annotated[tuple[Length, ...], Len(2, 2)] | None = Field(
-        None, description="m, radius and height"
-    )
+    cylinder: Annotated[tuple[Length, ...], Len(2, 2)] | None = Field(None, description="m, radius, height")
     z: Annotated[float, Field(ge=0, le=1)] | None = Field(
         None, description="m of its centre; by default it stands on the floor"
     )
 
     @model_validator(mode="after")
-    def _is_one(self) -> PartModel:
+    def _is_one(self) -> ObjectPartModel:
         if (self.box is None) == (self.cylinder is None):
             raise ValueError("expected a box or a cylinder; state one of them")
         return self
@@ -173,7 +171,7 @@ class GraspObjectModel(FileModel):
     mass: Mass = Field(description="kg")
     low_current: Current = Field(description="A, with which fingers close on it")
     high_current: Current = Field(description="A, with which they hold it")
-    parts: Annotated[tuple[PartModel, ...], Len(1, MOST_PARTS)] = Field(description="its solids")
+    parts: Annotated[tuple[ObjectPartModel, ...], Len(1, MOST_PARTS)] = Field(description="its solids")
 
     @model_validator(mode="after")
     def _is_sound(self) -> GraspObjectModel:
@@ -196,7 +194,7 @@ class HandModel(FileModel):
     format: Literal["apc hand"] = Field(description="'apc hand'")
     version: Literal[1] = Field(description="1, the only version there is")
     name: Name = Field(description="the hand's name")
-    fingers: FingersModel = Field(description="the fingers")
+    fingers: HandFingersModel = Field(description="the fingers")
     palm: PalmModel = Field(description="the palm")
     drive: ClosingDriveModel = Field(description="the motor that closes them")
     belts: BeltsModel = Field(description="the belts")
@@ -208,12 +206,13 @@ class HandModel(FileModel):
     def hand(self) -> BeltHand:
         """The hand as a value."""
         return BeltHand(
-            self.name, Fingers(**dict(self.fingers)), Palm(**dict(self.palm)),
+            self.name, HandFingers(**dict(self.fingers)), Palm(**dict(self.palm)),
             ClosingDrive(**dict(self.drive)), Belts(**dict(self.belts)), Wrist(**dict(self.wrist)),
             GraspControl(**dict(self.control)),
             {
                 name: GraspObject(
-                    name, each.mass, tuple(part.body for part in each.parts), each.low_current, each.high_current
+                    name, each.mass, tuple(part.body for part in each.parts),
+                    each.low_current, each.high_current,
                 )
                 for name, each in self.objects.items()
             },

@@ -1,6 +1,6 @@
 """Writes a hand on its wrist as a URDF for the physics engine.
 
-The wrist is three linear joints and three rotations (yaw, pitch, roll), on which the impedance of the arm acts.
+The wrist is three linear joints and three rotations (yaw, pitch, roll), on which the arm's impedance acts.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def write_hand_urdf(hand: BeltHand, folder: Path) -> Path:
         axis = np.eye(3)[k] if k < 3 else np.eye(3)[5 - k]
         kind = JointType.PRISMATIC if k < 3 else JointType.REVOLUTE
         child = PALM if name == WRIST[-1] else f"{name}_link"
-        _add_joint(root, name, kind, parent, child, np.eye(4), axis, (-FAR, FAR))
+        add_joint(root, Joint(name, kind, parent, child, np.eye(4), axis, -FAR, FAR))
         parent = child
         if child != PALM:
             # Translation takes place before rotation: what weighs in all directions stands on the third link.
@@ -87,34 +87,21 @@ def _add_finger(root: ElementTree.Element, hand: BeltHand, side: str, sign: floa
         centre = pad.T_parent_shape[:3, 3]
         _add_solid(root, name, Inertial(fingers.mass, centre, np.diag(about)), pad)
     at = pose((0.0, sign * fingers.base / 2, 0.0))
-    limits = (-fingers.widest, np.pi / 2)
-    _add_joint(root, proximal, JointType.REVOLUTE, PALM, proximal, at, axis, limits)
+    turn = JointType.REVOLUTE
+    add_joint(root, Joint(proximal, turn, PALM, proximal, at, axis, -fingers.widest, np.pi / 2))
     hinge = pose((fingers.proximal, 0.0, 0.0))
-    _add_joint(root, distal, JointType.REVOLUTE, proximal, distal, hinge, axis, (0.0, fingers.most_bent))
+    add_joint(root, Joint(distal, turn, proximal, distal, hinge, axis, 0.0, fingers.most_bent))
     cylinder = Shape(ShapeKind.CYLINDER, (fingers.hinge_radius, fingers.height))
     _add_solid(
         root, f"{side}_hinge", _inertial(SMALL, np.full(3, SMALL * 1e-2)), Body("hinge", cylinder, np.eye(4))
     )
-    _add_joint(root, f"{side}_hinge", JointType.FIXED, proximal, f"{side}_hinge", hinge, axis, (0.0, 0.0))
+    add_joint(root, Joint(f"{side}_hinge", JointType.FIXED, proximal, f"{side}_hinge", hinge, axis, 0.0, 0.0))
 
 
 def _add_solid(root: ElementTree.Element, name: str, inertial: Inertial, body: Body) -> None:
     element = add_link(root, name, inertial)
     for tag in ("visual", "collision"):
         add_shape(element, tag, body)
-
-
-def _add_joint(
-    root: ElementTree.Element,
-    name: str,
-    kind: JointType,
-    parent: str,
-    child: str,
-    T: Array,
-    axis: Array,
-    limits: tuple[float, float],
-) -> None:
-    add_joint(root, Joint(name, kind, parent, child, T, axis, *limits))
 
 
 def _box(size: tuple[float, float, float], centre: tuple[float, float, float]) -> Body:

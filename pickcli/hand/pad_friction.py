@@ -1,8 +1,8 @@
 """Friction between one belt and one object: elastic up to the friction limit, perfectly plastic beyond it.
 
-The force along the pad and across it and the torque about its normal lie within an ellipsoid, the limit surface
-of soft fingers (Howe and Cutkosky, IJRR 15(6), 1996): the object sticks within it and slides on it. The belt moves
-under the object: what slides is the difference of both.
+The force along the pad and across it and the torque about its normal lie within an ellipsoid, the limit
+surface of soft fingers (Howe and Cutkosky, IJRR 15(6), 1996): the object sticks within it and slides on it.
+The belt moves under the object: what slides is the difference of both.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import StrEnum
 from itertools import product
 
@@ -11,7 +10,7 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import BeltHand, GraspObject
 from pickcli.hand.grasp_trial import PreGrasp
-from pickcli.hand.grasp_world import Deviation, Standing
+from pickcli.hand.grasp_world import WorldDeviation, Standing
 from pickcli.seeds import derived_rng
 
 BACK = 0.12  # m before the pre-grasp where a single object is approached from
@@ -56,15 +55,18 @@ def pre_grasps(hand: BeltHand, kind: GraspObject, poses: GraspPoses, count: int,
     Returns:
         The grasps; the first ones are the same for any count.
     """
-    draw: Callable[[np.random.Generator, int], PreGrasp]
-    if poses is GraspPoses.GRID:
-        grid = grid_offsets(derived_rng("grid of grasps", kind.name, seed))
-        draw = lambda rng, k: _at(hand, kind, grid[k % len(grid)], _deviation(rng), _yaw(rng))  # noqa: E731
-    elif poses is GraspPoses.NEAR:
-        draw = lambda rng, _: _at(hand, kind, _near(rng), _deviation(rng), _yaw(rng))  # noqa: E731
-    else:
-        draw = lambda rng, _: _before_cluster(hand, kind, poses, rng)  # noqa: E731
-    return [draw(derived_rng("grasp", kind.name, poses, seed, k), k) for k in range(count)]
+    grid = grid_offsets(derived_rng("grid of grasps", kind.name, seed))
+    drawn = []
+    for k in range(count):
+        rng = derived_rng("grasp", kind.name, poses, seed, k)
+        if poses in (GraspPoses.RECTANGULAR, GraspPoses.RANDOM):
+            drawn.append(_before_cluster(hand, kind, poses, rng))
+        else:
+            offset = grid[k % len(grid)] if poses is GraspPoses.GRID else _near(rng)
+            drawn.append(
+                _at(hand, kind, offset, _deviation(rng), float(rng.uniform(-YAW_SPREAD, YAW_SPREAD)))
+            )
+    return drawn
 
 
 def single_grasp(hand: BeltHand, kind: GraspObject, offset: Array) -> PreGrasp:
@@ -79,7 +81,7 @@ def single_grasp(hand: BeltHand, kind: GraspObject, offset: Array) -> PreGrasp:
     Returns:
         The grasp.
     """
-    return _at(hand, kind, offset, Deviation(), 0.0)
+    return _at(hand, kind, offset, WorldDeviation(), 0.0)
 
 
 def grid_offsets(rng: np.random.Generator) -> Array:
@@ -89,8 +91,8 @@ def grid_offsets(rng: np.random.Generator) -> Array:
         rng: Decides the order.
 
     Returns:
-        (132, 5) m along x, y and z, rad of roll and pitch: all corners and inner points of the box with all four
-        tilts, and the middle of each of its vertical edges without a tilt.
+        (132, 5) m along x, y and z, rad of roll and pitch: 4 x 4 x 2 points of the box with all four tilts,
+        and the middle of each of its vertical edges without a tilt.
     """
     axes = [np.linspace(-size / 2, size / 2, n) for size, n in zip(GRID_BOX, GRID_COUNTS, strict=True)]
     tilts = (-GRID_TILT, GRID_TILT)
@@ -141,20 +143,16 @@ def random_cluster(width: float, rng: np.random.Generator) -> Array:
     return np.asarray(found - found.mean(axis=0))
 
 
-def _deviation(rng: np.random.Generator) -> Deviation:
+def _deviation(rng: np.random.Generator) -> WorldDeviation:
     mass, friction = rng.uniform(-1.0, 1.0, 2) * (MASS_SPREAD, FRICTION_SPREAD)
-    return Deviation(1.0 + mass, 1.0 + friction)
-
-
-def _yaw(rng: np.random.Generator) -> float:
-    return float(rng.uniform(-YAW_SPREAD, YAW_SPREAD))
+    return WorldDeviation(1.0 + mass, 1.0 + friction)
 
 
 def _near(rng: np.random.Generator) -> Array:
     return np.concatenate([rng.uniform(-NEAR, NEAR, 3), rng.uniform(-GRID_TILT, GRID_TILT, 2)])
 
 
-def _at(hand: BeltHand, kind: GraspObject, offset: Array, deviation: Deviation, yaw: float) -> PreGrasp:
+def _at(hand: BeltHand, kind: GraspObject, offset: Array, deviation: WorldDeviation, yaw: float) -> PreGrasp:
     x, y, z, roll, pitch = offset
     goal = np.array([x - hand.control.reach, y, HEIGHT * kind.height + z, 0.0, pitch, roll])
     start = goal - np.array([BACK, 0.0, 0.0, 0.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""A hand in the physics engine: its wrist's impedance, its closing motor, and belts that pull at contact points."""
+"""A hand in the physics engine: the impedance of its wrist, its motors, and belts that pull at contacts."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class SimulatedHand:
 
     @property
     def tips(self) -> Array:
-        """(2, 2) m in the frame of the hand: along the approach, and inwards beyond the middle, of each pad's end."""
+        """(2, 2) m of the end of each pad: along the approach, and inwards of the middle."""
         fingers = self.hand.fingers
         at, turn = self.q[N_WRIST:].reshape(2, 2).T
         turn = at + turn

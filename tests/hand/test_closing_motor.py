@@ -1,4 +1,4 @@
-"""The closing motor: its current is the torque, its speed is limited, and it moves both joints of a finger."""
+"""The closing motor: its current is the torque, its speed is limited, both joints of a finger move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Friction of belts: elastic below the limit, exactly the limit beyond it, along, across and about the normal."""
+"""Friction of belts: elastic below the limit, the limit beyond it, in all three directions."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.geometry import GRAVITY, Array
 from pickcli.hand.belt_hand import BeltHand
-from pickcli.hand.grasp_world import Deviation, GraspWorld, Standing
+from pickcli.hand.grasp_world import WorldDeviation, GraspWorld, Standing
 from pickcli.hand.hand_urdf import pad_offset
 from support.belt_hands import HAND, post
 
@@ -30,7 +30,7 @@ def run(world: GraspWorld, seconds: float) -> None:
 
 def gripping(hand: BeltHand, mass: float, current: float) -> GraspWorld:
     """A world in which the straight fingers press on a post."""
-    world = GraspWorld(hand, post(mass, hand), [Standing(0.0, 0.0)], at(), Deviation())
+    world = GraspWorld(hand, post(mass, hand), [Standing(0.0, 0.0)], at(), WorldDeviation())
     world.hand.wrist.is_level_soft = True
     world.hand.motor.wanted, world.hand.motor.set_point = hand.drive.speed, current
     run(world, 2.0)
@@ -99,14 +99,14 @@ def test_a_weight_slides_beyond_the_friction_of_both_pads_and_not_below(share: f
 
 
 def test_the_wrist_bears_the_hand_and_gives_way_by_force_over_stiffness() -> None:
-    world = GraspWorld(HAND, post(1.0), [Standing(1.0, 0.0)], at(), Deviation())
+    world = GraspWorld(HAND, post(1.0), [Standing(1.0, 0.0)], at(), WorldDeviation())
     run(world, 1.0)
     assert world.hand.q[:6] == pytest.approx(at(), abs=2e-5)
     assert not world.hand.wrist.is_overloaded
 
 
 def test_the_wrist_says_when_a_force_is_beyond_its_threshold() -> None:
-    world = GraspWorld(HAND, post(HEAVY), [Standing(0.0, 0.0)], at(-0.05), Deviation())
+    world = GraspWorld(HAND, post(HEAVY), [Standing(0.0, 0.0)], at(-0.05), WorldDeviation())
     goal = at(0.2)[0]
     world.hand.wrist.wanted[0] = goal - 0.2 + 0.01
     run(world, 0.5)

@@ -1,4 +1,4 @@
-"""Hands with belts for tests: the one of the data folder, and bodies whose forces can be calculated by hand."""
+"""Hands with belts for tests: the one of the data folder, and what it grasps."""
 
 from __future__ import annotations
 
