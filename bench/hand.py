@@ -25,6 +25,7 @@ from pickcli.hand.pre_grasps import GraspPoses, pre_grasps
 
 SINGLE = ("box_45", "box_50", "spray_bottle", "can")
 CLUSTERED = ("beer", "coke", "bull")
+WIDTH = 150  # characters of the table
 
 
 class Bench:
@@ -58,7 +59,7 @@ class Bench:
             played += trials
         if played:
             self.row(poses.value, "all", played)
-            Console().print(self.table)
+            Console(width=WIDTH).print(self.table)
 
     def row(self, poses: str, name: str, trials: list[GraspTrial]) -> None:
         """Add a row."""

@@ -96,6 +96,7 @@ _BY_FORMAT = {
     b"reality": REALITY,
     b"strategy": STRATEGY,
     b"stack": STACK,
+    b"hand": HAND,
     b"pallet": PALLET,
     b"stacked": STACKED,
     b"driving": DRIVING_AREA,

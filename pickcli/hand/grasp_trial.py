@@ -9,7 +9,7 @@ from enum import StrEnum
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import BeltHand, GraspObject
 from pickcli.hand.grasp_execution import GraspExecution, GraspStage, StageName
-from pickcli.hand.grasp_world import WorldDeviation, GraspWorld, Standing
+from pickcli.hand.grasp_world import GraspWorld, Standing, WorldDeviation
 from pickcli.hand.hand_urdf import HINGES
 
 LOOK_STEPS = 10  # steps between looks at objects in the hand

@@ -19,9 +19,9 @@ from pickcli.hand.belt_hand import (
     BeltHand,
     Belts,
     ClosingDrive,
-    HandFingers,
     GraspControl,
     GraspObject,
+    HandFingers,
     Palm,
     Wrist,
 )

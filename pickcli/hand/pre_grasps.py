@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import BeltHand, GraspObject
 from pickcli.hand.grasp_trial import PreGrasp
-from pickcli.hand.grasp_world import WorldDeviation, Standing
+from pickcli.hand.grasp_world import Standing, WorldDeviation
 from pickcli.seeds import derived_rng
 
 BACK = 0.12  # m before the pre-grasp where a single object is approached from

@@ -14,6 +14,7 @@ from pickcli.files.file_kind import (
     CELL,
     DRIVE,
     DRIVING_AREA,
+    HAND,
     ITEMS,
     JOINT_LIMITS,
     KINDS,
@@ -54,6 +55,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "make-pallet-order": {},
     "plan-pallet": {"order_path": PALLET},
     "plan-drive": {"area_path": DRIVING_AREA},
+    "try-grasp": {"hand_name": HAND},
     "make-stream": {"cell_name": CELL},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "perceive": {
@@ -171,7 +173,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
         PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
         ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf, TRIALS: folder,
         TSRS: tsrs, STRATEGY: data_path() / "strategies" / "delft.yaml",
-        STACK: data_path() / "stacks" / "grasp.yaml",
+        STACK: data_path() / "stacks" / "grasp.yaml", HAND: data_path() / "hands" / "apple.yaml",
         SENSOR: data_path() / "sensors" / "carmine.yaml",
     }  # fmt: skip
 
@@ -193,6 +195,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     right |= {"now": 5, "bin_name": None} if name == "stream_path" else {}
     if (command, name) == ("verify", "order_path"):  # of a stacked pallet, which stands in no scene
         right["plan_path"], needed = files[STACKED], needed - {"scene_path"}
+    if command == "try-grasp":
+        right["object_name"] = "can"
     if command == "roll-out":
         right |= {"item_name": ITEM, "output": out.with_suffix(".csv")}
     if command in ("show-envelope", "show-grasps"):

@@ -46,6 +46,7 @@ RANDOM = {
     "show-grasps",
     "suggest-configurations",
     "suggest-mount",
+    "try-grasp",
 }
 
 

@@ -10,7 +10,8 @@ from support.command_line import apc, refused
 
 
 def test_one_grasp_is_told_stage_by_stage() -> None:
-    argv = ("try-grasp", "apple", "--object", "box_50", "--offset", "0.01", "-0.02", "0", "--tilt", "0.1", "0")
+    offset = ("--offset", "0.01", "-0.02", "0", "--tilt", "0.1", "0")
+    argv = ("try-grasp", "apple", "--object", "box_50", *offset)
     text = apc(*argv).out
     for stage in ("approach", "closing", "pull-in", "firm grasp", "lift"):
         assert stage in text

@@ -1,4 +1,4 @@
-"""Grasps as a whole: each stage comes to its end, and each way to fail can happen and is told as what it is."""
+"""Grasps as a whole: each stage comes to its end, and each way to fail can happen and is told."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pickcli.hand.belt_hand import BeltHand
 from pickcli.hand.grasp_execution import GraspExecution, StageName
 from pickcli.hand.grasp_figures import grasp_as_json, grasp_figures
 from pickcli.hand.grasp_trial import GraspEnd, GraspTrial, PreGrasp, play_grasp
-from pickcli.hand.grasp_world import WorldDeviation, GraspWorld, Standing
+from pickcli.hand.grasp_world import GraspWorld, Standing, WorldDeviation
 from pickcli.hand.pre_grasps import GraspPoses, pre_grasps, single_grasp
 from support.belt_hands import HAND, post
 
@@ -35,7 +35,7 @@ def test_a_can_is_pulled_in_enveloped_and_lifted_stage_by_stage() -> None:
     assert names == [
         StageName.APPROACH, StageName.CLOSING, StageName.PULL_IN, StageName.FIRM, StageName.LIFT
     ]  # fmt: skip
-    approach, closing, pull_in, firm, lift = trial.stages
+    approach, closing, pull_in, firm, _ = trial.stages
     kind = HAND.objects["can"]
     assert (approach.ended_by, closing.ended_by, pull_in.ended_by) == ("arrived", "contact", "belts blocked")
     assert closing.current == pytest.approx(kind.low_current, rel=0.05)

@@ -37,9 +37,9 @@ def test_parts_stand_on_the_floor_or_where_they_are_put() -> None:
     [
         ("hinge_relief: 0.0005", "hinge_relief: 0.006", "a hinge_relief below the hinge_radius of 0.006 m"),
         ("distal: 0.058", "distal: 0.01", "phalanges longer than 3 hinge_radius, 0.018 m, got 0.01"),
-        ("high_current: 6.0", "high_current: 1.0", "a high_current of at least the low_current of 2 A, got 1"),
+        ("high_current: 6.0", "high_current: 1.0", "at least the low_current of 2 A, got 1"),
         ("{cylinder: [0.033, 0.168]}", "{cylinder: [0.033, 0.168], z: 0.2}", "stands on z = 0, got 0.116 m"),
-        ("{cylinder: [0.033, 0.168]}", "{cylinder: [0.033, 0.1], box: [0.1, 0.1, 0.1]}", "a box or a cylinder"),
+        ("{cylinder: [0.033, 0.168]}", "{cylinder: [0.033, 0.1], box: [1, 1, 1]}", "a box or a cylinder"),
         ("mass: 0.522", "mass: -0.5", "mass"),
         ("stiff: 2000.0", "stiffness: 2000.0", "stiff"),
         ("friction: 0.75", "friction: .nan", "friction"),

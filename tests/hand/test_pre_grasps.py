@@ -30,7 +30,8 @@ def test_the_grid_fills_the_box_and_the_tilts_of_the_paper() -> None:
     grid = grid_offsets(np.random.default_rng(0))
     assert 121 <= len(grid) <= 161 and len(np.unique(grid, axis=0)) == len(grid)
     limits = [0.05, 0.04, 0.02, np.deg2rad(10), np.deg2rad(10)]
-    assert grid.max(axis=0) == pytest.approx(limits) and grid.min(axis=0) == pytest.approx([-x for x in limits])
+    assert grid.max(axis=0) == pytest.approx(limits)
+    assert grid.min(axis=0) == pytest.approx([-x for x in limits])
 
 
 def test_an_offset_moves_the_hand_from_the_middle_of_the_object() -> None:

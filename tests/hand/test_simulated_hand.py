@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.geometry import GRAVITY, Array
 from pickcli.hand.belt_hand import BeltHand
-from pickcli.hand.grasp_world import WorldDeviation, GraspWorld, Standing
+from pickcli.hand.grasp_world import GraspWorld, Standing, WorldDeviation
 from pickcli.hand.hand_urdf import pad_offset
 from support.belt_hands import HAND, post
 
