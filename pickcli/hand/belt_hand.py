@@ -176,7 +176,7 @@ class GraspObject:
 
     @property
     def height(self) -> float:
-        """Height, m."""
+        """Height of the object as it stands, m."""
         return max(float(part.T_parent_shape[2, 3] + part.shape.extents[2] / 2) for part in self.parts)
 
     @property

@@ -43,7 +43,7 @@ class GraspPoses(StrEnum):
 
 
 def pre_grasps(hand: BeltHand, kind: GraspObject, poses: GraspPoses, count: int, seed: int) -> list[PreGrasp]:
-    """Draw grasps.
+    """Draw grasps from a set of poses.
 
     Args:
         hand: The hand.
