@@ -100,12 +100,14 @@ def _print_stages(trial: GraspTrial) -> None:
 
     from pickcli.commands.table import stdout_console
 
-    table = Table("stage", "from, s", "to, s", "ended by", "current, A", "fingers, rad", "blocked belts")
+    table = Table(
+        "stage", "from, s", "to, s", "ended by", "current, A", "fingers, rad", "blocked", "slipping"
+    )
     for stage in trial.stages:
         table.add_row(
             stage.name.value, f"{stage.start:.2f}", f"{stage.end:.2f}", stage.ended_by,
             f"{stage.current:.2f}", f"{stage.angle:.3f}",
-            ", ".join(name.replace("_", " ") for name in stage.blocked),
+            *(", ".join(n.replace("_", " ") for n in each) for each in (stage.blocked, stage.slipping)),
         )  # fmt: skip
     stdout_console().print(table)
     envelops = ", enveloped by the fingers" if trial.is_enveloping else ""

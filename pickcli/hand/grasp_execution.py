@@ -45,6 +45,7 @@ class GraspStage:
         current: A of the closing motor at its end.
         angle: rad of the closing motor at its end.
         blocked: Links whose belts were blocked at its end.
+        slipping: Links whose belts slipped on an object at its end.
     """
 
     name: StageName
@@ -54,6 +55,7 @@ class GraspStage:
     current: float
     angle: float
     blocked: tuple[str, ...]
+    slipping: tuple[str, ...]
 
 
 class _OverloadError(Exception):
@@ -110,7 +112,14 @@ class GraspExecution:
             motor = self._hand.motor
             self.stages.append(
                 GraspStage(
-                    name, start, self._world.time, ended_by, motor.current, motor.angle, self._blocked()
+                    name,
+                    start,
+                    self._world.time,
+                    ended_by,
+                    motor.current,
+                    motor.angle,
+                    self._blocked(),
+                    self._hand.slipping,
                 )
             )
 

@@ -53,6 +53,7 @@ def grasp_as_json(trial: GraspTrial) -> dict[str, Any]:
                 "name": stage.name.value, "start": round(stage.start, 3), "end": round(stage.end, 3),
                 "ended_by": stage.ended_by, "current": round(stage.current, 3),
                 "angle": round(stage.angle, 4), "blocked": list(stage.blocked),
+                "slipping": list(stage.slipping),
             }
             for stage in trial.stages
         ],

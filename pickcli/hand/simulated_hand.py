@@ -134,17 +134,14 @@ class SimulatedHand:
         """
         return {name: press.force for name, press in self._presses[link].items()}
 
-    def friction_of(self, link: str, name: str) -> PadFriction:
-        """Return the friction of an object on a pad that it presses.
-
-        Args:
-            link: The phalanx.
-            name: The object.
-
-        Returns:
-            Its state.
-        """
-        return self._presses[link][name].friction
+    @property
+    def slipping(self) -> tuple[str, ...]:
+        """Links whose belts slip on an object."""
+        return tuple(
+            link
+            for link, presses in self._presses.items()
+            if any(press.friction.is_sliding for press in presses.values())
+        )
 
     def run_belts(self, left: float, right: float) -> None:
         """Let belts run.

@@ -57,11 +57,3 @@ class WristImpedance:
         """Whether any torque or force is beyond its threshold."""
         linear, angular = np.abs(self.stretched[:3]).max(), np.abs(self.stretched[3:]).max()
         return bool(linear > self.wrist.most_force or angular > self.wrist.most_torque)
-
-    def hold(self, q: Array) -> None:
-        """Let the wrist want to be where it is.
-
-        Args:
-            q: (6,) m and rad.
-        """
-        self.wanted = q.copy()

@@ -75,7 +75,9 @@ def test_a_box_jams_on_hinges_that_stand_between_the_belts() -> None:
 def _pulled_in(hand: BeltHand, current: float) -> dict[str, float]:
     """How far a box comes in from its closing on, and on how many hinges it lies at the end."""
     kind = replace(hand.objects["box_45"], low_current=current)
-    grasp = single_grasp(hand, kind, np.array([0.0, 0.01, 0.0, *np.deg2rad((10.0, 10.0))]))
+    grasp = single_grasp(
+        hand, kind, np.array([hand.control.reach - 0.065, 0.01, 0.0, *np.deg2rad((10.0, 10.0))])
+    )
     seen: dict[float, tuple[float, int]] = {}
 
     def look(world: GraspWorld) -> None:

@@ -9,7 +9,6 @@ from pickcli.hand.hand_file import hand_file, read_hand
 from pickcli.hand.hand_urdf import pad_offset
 
 HAND = read_hand(hand_file("apple"))
-GAP = HAND.fingers.base - 2 * pad_offset(HAND)  # m between straight, parallel pads
 
 
 def post(mass: float, hand: BeltHand = HAND) -> GraspObject:
