@@ -11,7 +11,7 @@ Read in this order:
   many.
 - Content and checks of files: `inspect`, `show`, `show_strategy` and `check`.
 - Pallets: `make_pallet_order`, `plan_pallet` and `pallet_verification`; trucks: `plan_drive`,
-  `verified_drive`, `detect_pallet` and `watch_zone`.
+  `verified_drive`, `detect_pallet` and `watch_zone`; hands with belts: `try_grasp`.
 - Items: `show_grasps`, `show_envelope` and `import_tsr`, with the `named_item` of both; `record_grasp`.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
   `artifact_options`, `scene_options`, `stream_options`, `plan_options`, `build_options`, `trial_options`,

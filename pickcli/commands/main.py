@@ -39,6 +39,7 @@ COMMANDS: dict[str, str] = {
     "make-scene": "Place items in bins and other places, at rest.",
     "make-stream": "Draw a random stream: items that come along a conveyor.",
     "roll-out": "Let a controller bring the tool into an envelope of an item, and show how its tasks fare.",
+    "try-grasp": "Grasp an object with a hand with belts in simulation, and show how each stage went.",
     "render": "Render what a camera of the cell sees of a scene.",
     "locate-pod": "Estimate where the pod stands from one depth picture, with bounds of the error.",
     "perceive": "Find the listed items of bins in pictures of a camera.",

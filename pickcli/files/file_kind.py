@@ -50,6 +50,7 @@ RECORDING = FileKind("a recording", "apc render --recording writes one")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 STACK = FileKind("a stack of tasks", "those of data/stacks are examples")
+HAND = FileKind("a hand", "those of data/hands are examples")
 PALLET = FileKind("an order of a pallet", "apc make-pallet-order draws one")
 STACKED = FileKind("a stacked pallet", "apc plan-pallet writes one")
 GRASPS = FileKind("a file of recorded grasps", "apc record-grasp writes one")
@@ -78,6 +79,7 @@ KINDS = (
     REALITY,
     STRATEGY,
     STACK,
+    HAND,
     PALLET,
     STACKED,
     GRASPS,
@@ -104,6 +106,7 @@ _BY_FORMAT = {
     b"reality": REALITY,
     b"strategy": STRATEGY,
     b"stack": STACK,
+    b"hand": HAND,
     b"pallet": PALLET,
     b"stacked": STACKED,
     b"grasps": GRASPS,

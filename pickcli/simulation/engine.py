@@ -240,6 +240,40 @@ class Engine(EngineBodies):
         )
         return np.array(torques)
 
+    def joint_velocities(self, name: str, indices: Sequence[int]) -> Array:
+        """Return the velocities of joints.
+
+        Args:
+            name: Name of the body.
+            indices: Indices of k joints.
+
+        Returns:
+            (k,) rad/s or m/s.
+        """
+        states = p.getJointStates(self._ids[name], indices, physicsClientId=self._client)
+        return np.array([state[1] for state in states])
+
+    def release_joints(self, name: str, indices: Sequence[int]) -> None:
+        """Switch the velocity motors of joints off, so that ``exert`` alone acts on them.
+
+        Args:
+            name: Name of the body.
+            indices: Indices of the joints.
+        """
+        self.drive(name, indices, [0.0] * len(indices), [0.0] * len(indices))
+
+    def exert(self, name: str, indices: Sequence[int], efforts: Array) -> None:
+        """Set the efforts of joints for the next step only.
+
+        Args:
+            name: Name of the body.
+            indices: Indices of k joints whose velocity motors are off.
+            efforts: (k,) Nm or N.
+        """
+        p.setJointMotorControlArray(
+            self._ids[name], indices, p.TORQUE_CONTROL, forces=efforts.tolist(), physicsClientId=self._client
+        )
+
     def drive(
         self, name: str, indices: Sequence[int], velocities: Sequence[float], forces: Sequence[float]
     ) -> None:

@@ -5,6 +5,7 @@ Bodies are named. Static boxes stand one body each: pybullet crashes on compound
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -257,6 +258,51 @@ class EngineBodies:
         )
         self._group(name, DEFAULT_GROUP | ITEM_GROUP, -1)
 
+    def add_solids(
+        self, name: str, parts: Sequence[Body], mass: float, inertia: Array, T: Array, colour: Colour
+    ) -> None:
+        """Add a free body of several solids, which never sleeps.
+
+        Args:
+            name: Name of the body.
+            parts: At most 16 solids in its frame, whose origin is the centre of mass.
+            mass: kg.
+            inertia: (3,) kg m^2, about the axes of that frame.
+            T: (4, 4) its pose.
+            colour: Red, green, blue and opacity.
+        """
+        solids = [_shape_arguments(part.shape, "length") for part in parts]
+        arguments = {
+            "shapeTypes": [each["shapeType"] for each in solids],
+            "halfExtents": [each.get("halfExtents", [1.0] * 3) for each in solids],
+            "radii": [each.get("radius", 1.0) for each in solids],
+            "lengths": [each.get("length", 1.0) for each in solids],
+        }
+        at = [part.T_parent_shape[:3, 3].tolist() for part in parts]
+        turns = [to_quaternion(part.T_parent_shape[:3, :3]).tolist() for part in parts]
+        body = p.createMultiBody(
+            baseMass=mass,
+            baseCollisionShapeIndex=p.createCollisionShapeArray(
+                **arguments, collisionFramePositions=at, collisionFrameOrientations=turns,
+                physicsClientId=self._client,
+            ),
+            baseVisualShapeIndex=p.createVisualShapeArray(
+                **arguments, rgbaColors=[colour] * len(solids), visualFramePositions=at,
+                visualFrameOrientations=turns, physicsClientId=self._client,
+            ),
+            basePosition=T[:3, 3].tolist(),
+            baseOrientation=to_quaternion(T[:3, :3]).tolist(),
+            physicsClientId=self._client,
+        )  # fmt: skip
+        self._register(name, body)
+        self._masses[name] = mass
+        self._dynamics(name, localInertiaDiagonal=inertia.tolist())
+        self._dynamics(
+            name, lateralFriction=ITEM_FRICTION, rollingFriction=ROLLING_FRICTION,
+            spinningFriction=ROLLING_FRICTION, linearDamping=DAMPING, angularDamping=DAMPING, restitution=0.0,
+        )  # fmt: skip
+        self._group(name, DEFAULT_GROUP | ITEM_GROUP, -1)
+
     def load_robot(self, name: str, urdf: Path, T_world_base: Array) -> None:
         """Add a robot on a fixed base, without pybullet's joint damping.
 
@@ -405,6 +451,17 @@ class EngineBodies:
         state = p.ACTIVATION_STATE_DISABLE_SLEEPING if on else p.ACTIVATION_STATE_ENABLE_SLEEPING
         self._dynamics(name, activationState=state)
         self.wake(name)
+
+    def is_free(self, name: str) -> bool:
+        """Whether a body moves freely.
+
+        Args:
+            name: Name of the body.
+
+        Returns:
+            True for items and other solids that nothing holds.
+        """
+        return name in self._masses
 
     def mass(self, name: str) -> float:
         """Return the true mass of a free body.

@@ -16,6 +16,7 @@ from pickcli.files.file_kind import (
     DRIVE,
     DRIVING_AREA,
     GRASPS,
+    HAND,
     ITEMS,
     JOINT_LIMITS,
     KINDS,
@@ -62,6 +63,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "watch-zone": {"area_path": DRIVING_AREA, "watched_path": WATCHED_SCENE, "watch_name": WATCH},
     "plan-drive": {"area_path": DRIVING_AREA, "detected": DETECTED},
     "detect-pallet": {"area_path": DRIVING_AREA, "recorded": RECORDING},
+    "try-grasp": {"hand_name": HAND},
     "make-stream": {"cell_name": CELL},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "perceive": {
@@ -183,7 +185,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
         PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
         ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf, TRIALS: folder,
         TSRS: tsrs, STRATEGY: data_path() / "strategies" / "delft.yaml",
-        STACK: data_path() / "stacks" / "grasp.yaml",
+        STACK: data_path() / "stacks" / "grasp.yaml", HAND: data_path() / "hands" / "apple.yaml",
         SENSOR: data_path() / "sensors" / "carmine.yaml",
         WATCH: data_path() / "watches" / "citi_truck.yaml",
     }  # fmt: skip
@@ -210,6 +212,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["plan_path"], needed = files[STACKED], needed - {"scene_path"}
     if (command, name) == ("verify", "area_path"):  # of a drive, which stands in no scene either
         right["plan_path"], needed = files[DRIVE], needed - {"scene_path"}
+    if command == "try-grasp":
+        right["object_name"] = "can"
     if command == "roll-out":
         right |= {"item_name": ITEM, "output": out.with_suffix(".csv")}
     if command in ("show-envelope", "show-grasps"):

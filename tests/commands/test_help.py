@@ -48,6 +48,7 @@ RANDOM = {
     "show-grasps",
     "suggest-configurations",
     "suggest-mount",
+    "try-grasp",
 }
 
 
