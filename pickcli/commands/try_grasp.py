@@ -96,19 +96,17 @@ def _drawn(
 
 
 def _print_stages(trial: GraspTrial) -> None:
-    from rich.table import Table
+    from pickcli.commands.table import table_lines
 
-    from pickcli.commands.table import stdout_console
-
-    table = Table(
-        "stage", "from, s", "to, s", "ended by", "current, A", "fingers, rad", "blocked", "slipping"
-    )
-    for stage in trial.stages:
-        table.add_row(
+    head = ("stage", "from, s", "to, s", "ended by", "current, A", "fingers, rad", "blocked", "slipping")
+    rows = [
+        (
             stage.name.value, f"{stage.start:.2f}", f"{stage.end:.2f}", stage.ended_by,
             f"{stage.current:.2f}", f"{stage.angle:.3f}",
             *(", ".join(n.replace("_", " ") for n in each) for each in (stage.blocked, stage.slipping)),
-        )  # fmt: skip
-    stdout_console().print(table)
+        )
+        for stage in trial.stages
+    ]  # fmt: skip
     envelops = ", enveloped by the fingers" if trial.is_enveloping else ""
-    click.echo(f"{trial.end.value}{envelops}; at most {trial.most_force:.1f} N on a pad")
+    told = f"{trial.end.value}{envelops}; at most {trial.most_force:.1f} N on a pad"
+    click.echo("\n".join([*table_lines(head, rows), told]))

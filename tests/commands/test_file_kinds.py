@@ -254,7 +254,7 @@ def test_the_table_names_every_file_that_a_command_reads() -> None:
             p.name
             for p in parameters
             if isinstance(p.type, click.Path)
-            or p.name in ("cell_name", "strategy_name", "stack_name", "watch_name")
+            or p.name in ("cell_name", "strategy_name", "stack_name", "watch_name", "hand_name")
         }
         assert paths - set(WRITTEN) == set(read), command
 

@@ -11,8 +11,11 @@ from pickcli.cell.data_path import data_path
 from pickcli.errors import InputError
 from pickcli.files.file_kind import (
     CELL,
+    DETECTED,
     DRIVE,
     DRIVING_AREA,
+    GRASPS,
+    HAND,
     HDF5_MAGIC,
     ITEMS,
     JOINT_LIMITS,
@@ -60,6 +63,9 @@ BEGINNINGS = [
     (b"format: apc watch\nversion: 1\n", WATCH),
     (b"format: apc watched scene\nversion: 1\n", WATCHED_SCENE),
     (b'{"format": "apc watched drive", "version": 1}', WATCHED_DRIVE),
+    (b'{"format": "apc detected pallet", "version": 1}', DETECTED),
+    (b'{"format": "apc grasps", "version": 1}', GRASPS),
+    (b"format: apc hand\nversion: 1\n", HAND),
     (b'{"format": "apc recording", "version": 1}', RECORDING),
     (b'{"work_order": [], "bin_contents": {}}', ORDER),
     (b'{"score": 1, "max_score": 2}', TRIAL),
