@@ -21,7 +21,7 @@ def seven_joints(seed: int) -> tuple[Chain, Array, Array, Array]:
     axes = np.array([[0, 0, 1], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1.0]])
     T = np.array([pose([0.02, 0.0, z]) for z in (0.3, 0.1, 0.3, 0.1, 0.3, 0.1, 0.1)])
     chain = Chain(np.zeros(7, np.int32), T, axes, np.arange(7, dtype=np.int32))
-    q = np.array([0.2, 0.7, -0.3, 1.2, 0.4, 0.9, -0.5]) + rng.uniform(-0.2, 0.2, 7)
+    q = np.array([0.2, 0.5, -0.3, 1.7, 0.4, 0.9, -0.5]) + rng.uniform(-0.2, 0.2, 7)
     return chain, q, random_pose(rng, 0.1), rng.uniform(1.0, 4.0, 7)
 
 
@@ -57,14 +57,14 @@ class Circle:
         """(N, 4, 4) at times (N,)."""
         found = np.repeat(self.T_met[None], len(t), axis=0)
         for T, s in zip(found, t - 0.5, strict=True):
-            T[:3, 3] += (0.2 * np.sin(s), 0.2 * (1.0 - np.cos(s)), 0.05 * s)
+            T[:3, 3] += (0.1 * np.sin(s), 0.1 * (1.0 - np.cos(s)), 0.05 * s)
             T[:3, :3] = rotation_axis_angle((0.0, 0.0, 1.0), 0.3 * s) @ T[:3, :3]
         return found
 
     def twists(self, t: Array) -> Array:
         """(N, 6) at times (N,)."""
         s, fixed = t - 0.5, np.ones(len(t))
-        columns = 0.2 * np.cos(s), 0.2 * np.sin(s), 0.05 * fixed, 0.0 * s, 0.0 * s, 0.3 * fixed
+        columns = 0.1 * np.cos(s), 0.1 * np.sin(s), 0.05 * fixed, 0.0 * s, 0.0 * s, 0.3 * fixed
         return np.column_stack(columns)
 
 

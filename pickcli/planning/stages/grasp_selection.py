@@ -19,7 +19,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.pick_settings import GraspApproach
 from pickcli.planning.region_query import RegionSearch
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
-from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.grasp_motion import arm_seeds, plan_grasp_motion
 from pickcli.planning.stages.recorded_candidates import recorded_candidates
 from pickcli.planning.stages.region_candidates import region_candidates
 from pickcli.planning.stages.shift_end import plan_end_of_shift, shift_transforms
@@ -139,7 +139,7 @@ def _tried(
         if isinstance(tool, Failures):
             failures += tool
             continue
-        result = plan_grasp_motion(problem, tool, speed, rng)
+        result = plan_grasp_motion(problem, tool, speed, arm_seeds(problem, rng))
         if problem.shift is not None and not isinstance(result, Failures):
             end = plan_end_of_shift(problem, result)
             result = end if isinstance(end, Failures) else result

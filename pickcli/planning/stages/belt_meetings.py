@@ -1,0 +1,191 @@
+"""Meetings of an arm with an item on a belt that all of its joints follow, the earliest first.
+
+A meeting is a grasp, a branch of the arm, and a time of contact. From how far along the belt the arm reaches
+the grasp, and how long it takes to where it begins to follow the belt, it is estimated from when on a meeting
+may be possible. That orders what is tried; whether it is possible is told by planning it.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.errors import Failures, Reason
+from pickcli.geometry import Array
+from pickcli.kinematics.continuous_joints import unwound_towards
+from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.belt_grasps import BeltGrasps
+from pickcli.planning.stages.belt_reach import BeltReach, belt_reaches
+from pickcli.planning.stages.grasp_transit import SCORE_COST
+
+UNREACHED = "no inverse-kinematics solution"
+EVERY = 0.1  # s between contacts that are tried
+ELSEWHERE = 0.2  # s that a contact is put off if it cannot be made for another reason than time
+MOST_TRIED = 3  # contacts of one grasp in one branch of the arm, besides those put off for time
+MOST_LATER = 8  # times that one is put off for time
+LINES = 0.6  # s that lines are taken to last before and after a contact, without ramps and rests
+ROUNDING = 1e-9  # of a time between contacts
+
+
+@dataclass(frozen=True)
+class MeetingTimes:
+    """When a contact may be made, and what it takes besides the lines.
+
+    Attributes:
+        first: s from the start of the plan, the first that is tried.
+        last: s at which the item leaves the window.
+        ramp: s in which the arm comes up to the speed of the belt, at least.
+        rest: s for which it rests relative to the belt when the item is taken.
+        searched: s at which the belt is where the grasps were searched.
+    """
+
+    first: float
+    last: float
+    ramp: float
+    rest: float
+    searched: float
+
+
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """A contact that may be possible.
+
+    Attributes:
+        k: Index of the grasp.
+        reach: How far along the belt a branch of the arm reaches it.
+        t: s of the contact from the start of the plan.
+        n_tried: How often it was put off for other reasons than time.
+        n_late: How often it was put off for time.
+    """
+
+    k: int
+    reach: BeltReach
+    t: float
+    n_tried: int = 0
+    n_late: int = 0
+
+
+class MeetingQueue:
+    """Meetings that may be possible, the earliest first.
+
+    Args:
+        context: The cell and its models.
+        grasps: Grasps of the item.
+        start: (n,) configuration of the arm at the start of the plan.
+        along: (3,) m/s in the world, the velocity of the belt.
+        times: When contacts may be made.
+
+    Attributes:
+        failures: Reasons against what is not in the queue.
+    """
+
+    def __init__(
+        self, context: PlanningContext, grasps: BeltGrasps, start: Array, along: Array, times: MeetingTimes
+    ) -> None:
+        self._context, self._grasps, self._start = context, grasps, start
+        self._velocity, self._speed = along, float(np.linalg.norm(along))
+        self._times, self._order = times, itertools.count()
+        self._queue: list[tuple[float, int, Meeting]] = []
+        self.failures = Failures()
+
+    def enter(self, k: int, seeds: Array) -> None:
+        """Enter a grasp in every branch of the arm that reaches it.
+
+        Args:
+            k: Index of the grasp.
+            seeds: (K, n) from which inverse kinematics begins.
+        """
+        grasp, times = self._grasps.grasps[k], self._times
+        stretch = tuple(self._speed * (t - times.searched) for t in (times.first, times.last))
+        reaches = list(
+            belt_reaches(
+                self._context.arm, self._grasps.contact(k), grasp.tool_state, self._velocity / self._speed,
+                (stretch[0], stretch[1]), seeds,
+            )
+        )  # fmt: skip
+        for reach in reaches:
+            self._put(Meeting(k, reach, times.first))
+        if not reaches:
+            self.failures += Reason(UNREACHED, str(grasp), "anywhere along the belt")
+
+    def pop(self) -> Meeting | None:
+        """Take out the earliest meeting.
+
+        Returns:
+            The meeting; None if there are no more.
+        """
+        return heapq.heappop(self._queue)[2] if self._queue else None
+
+    def put_off(self, meeting: Meeting, by: float | None = None) -> None:
+        """Enter a meeting that was tried again, if it may be possible later.
+
+        Args:
+            meeting: The meeting.
+            by: s that it has to be later; None if it failed for another reason than time.
+        """
+        if by is None:
+            if meeting.n_tried + 1 < MOST_TRIED:
+                self._put(replace(meeting, t=meeting.t + ELSEWHERE, n_tried=meeting.n_tried + 1), told=True)
+        elif meeting.n_late < MOST_LATER:
+            self._put(replace(meeting, t=meeting.t + max(by, EVERY / 2), n_late=meeting.n_late + 1))
+        else:
+            self._tell_late(meeting, by)
+
+    def q_contact(self, meeting: Meeting) -> Array:
+        """Return about which configuration makes the contact.
+
+        Args:
+            meeting: The meeting.
+
+        Returns:
+            (n,).
+        """
+        return meeting.reach.at(self._speed * (meeting.t - self._times.searched))
+
+    def _put(self, meeting: Meeting, told: bool = False) -> None:
+        """Enter a meeting at the first time from its own on at which it may be possible; else tell why."""
+        t = self._possible_from(meeting)
+        if isinstance(t, float):
+            cost = t + SCORE_COST * self._grasps.grasps[meeting.k].score
+            heapq.heappush(self._queue, (cost, next(self._order), replace(meeting, t=t)))
+        elif not told:
+            self.failures += t
+
+    def _possible_from(self, meeting: Meeting) -> float | Reason:
+        """Estimate the first s, from some on, at which a contact can be made; or say why there is none.
+
+        The arm has to reach the pose of the tool from where it begins to follow the belt to where it is at
+        rest again, and to be there in time.
+        """
+        times, half = self._times, self._times.ramp / 2
+        first, last = (times.searched + travel / self._speed for travel in meeting.reach.stretch)
+        after = times.rest + LINES + half
+        t = EVERY * float(np.ceil(max(meeting.t, first + LINES + half) / EVERY - ROUNDING))
+        missing = 0.0
+        while t + after <= min(last, times.last + half):
+            if (missing := self._missing(meeting.reach, t)) <= 0.0:
+                return t
+            t += EVERY
+        grasp = str(self._grasps.grasps[meeting.k])
+        if missing > 0.0:
+            return Reason("too late", grasp, f"by about {1e3 * missing:.0f} ms")
+        ends = "the arm's reach" if last < times.last + half else "the window"
+        return Reason(
+            "too late", grasp, f"{ends} ends {t + after - min(last, times.last + half):.2f} s too soon"
+        )
+
+    def _missing(self, reach: BeltReach, t: float) -> float:
+        """Estimate the s by which the arm is too late for a contact at a time (s)."""
+        begins = t - LINES - self._times.ramp / 2
+        q = reach.at(self._speed * (begins - self._times.searched))
+        q = unwound_towards(self._context.arm.limits, q, self._start)
+        needed = estimated_duration(self._context.space, np.stack([self._start, q]))
+        return needed + self._times.ramp + LINES - t
+
+    def _tell_late(self, meeting: Meeting, by: float) -> None:
+        grasp = str(self._grasps.grasps[meeting.k])
+        self.failures += Reason("too late", grasp, f"by {1e3 * by:.0f} ms")
