@@ -50,6 +50,8 @@ from pickcli.timing.line_tracking import ramp_time
 
 SOONEST = 1.5  # s from the start until the first contact that is tried: a rule, not a proof
 LEFT_BEFORE = "leaves the window before it is lifted"
+MOST_MET = 16  # meetings that one effort tries
+WIDELY = 0.25  # s that all grasps are too late, for which no others are searched: a rule, not a proof
 WHERE_SEARCHED = (
     0.35  # of the way from the soonest contact to the end of the window: where grasps are searched
 )
@@ -123,8 +125,10 @@ def plan_arm_intercept(
     belt = replace(belt, deviation=DEVIATION)
     pace = line_pace(context.arm.limits, stream.belt.max_acceleration / stream.speed)
     asked = _Asked(context, belt, picked, start, seed, along, pace)
-    failures = Failures()
+    failures, goes_wide = Failures(), True
     for effort in EFFORTS:
+        if effort.search is WIDE_SEARCH and not goes_wide:
+            break
         search = _Search(asked, effort)
         for found in search.plans():
             if isinstance(found, Plan):
@@ -133,8 +137,7 @@ def plan_arm_intercept(
             if isinstance(found, Plan):
                 return found
             failures += found
-        if search.has_motion:
-            break  # more grasps would not be quicker
+        goes_wide = goes_wide and search.would_go_wide
     raise NoPlanError(query.label(place), failures)
 
 
@@ -175,7 +178,7 @@ class _Effort:
     by_named: bool
 
 
-# One after the other, until the arm can follow the lines of any grasp at all.
+# One after the other; the last where the arm can follow the lines of no grasp before.
 EFFORTS = (
     _Effort(USUAL, CorridorSet.FEW, True),
     _Effort(USUAL, CorridorSet.FEW, False),
@@ -184,13 +187,10 @@ EFFORTS = (
 
 
 class _Search:
-    """The search of one effort.
-
-    has_motion: whether the arm follows the lines of any grasp, so far
-    """
+    """The search of one effort."""
 
     def __init__(self, asked: _Asked, effort: _Effort) -> None:
-        self.asked, self.effort, self.has_motion = asked, effort, False
+        self.asked, self._has_motion = asked, False
         context, belt = asked.context, asked.belt
         first = _soonest(context, belt)
         searched = first + WHERE_SEARCHED * (belt.last - first)
@@ -207,7 +207,7 @@ class _Search:
         rng = derived_rng(self.asked.seed, "arm on the belt", self.asked.picked.item)
         for k in range(len(self.grasps.grasps)):
             self.queue.enter(k, arm_seeds(self.grasps.problem, rng))
-        while (meeting := self.queue.pop()) is not None:
+        while self.queue.n_met < MOST_MET and (meeting := self.queue.pop()) is not None:
             found = self._met(meeting)
             if isinstance(found, float):
                 self.queue.put_off(meeting, found)
@@ -215,6 +215,12 @@ class _Search:
             yield found
             self.queue.put_off(meeting)
         yield self.grasps.failures + self.queue.failures
+
+    @property
+    def would_go_wide(self) -> bool:
+        """Whether a wide search could help: not for an arm that follows lines, or is much too late."""
+        are_late = not self.queue.n_met and WIDELY < self.queue.least_late < np.inf
+        return not (self._has_motion or are_late)
 
     def _met(self, meeting: Meeting) -> Plan | Failures | float:
         """Plan a meeting; return the reasons against it, or the s by which it has to be later."""
@@ -228,7 +234,7 @@ class _Search:
         motion = plan_grasp_motion(problem, lines, speed, self.queue.q_contact(meeting)[None])
         if isinstance(motion, Failures):
             return motion
-        self.has_motion = True
+        self._has_motion = True
         followed = _followed(asked, problem, motion, meeting.t)
         return _stitched(asked, followed, meeting.t) if isinstance(followed, FollowedTaking) else followed
 

@@ -28,6 +28,7 @@ ELSEWHERE = 0.2  # s that a contact is put off if it cannot be made for another 
 MOST_TRIED = 3  # contacts of one grasp in one branch of the arm, besides those put off for time
 MOST_LATER = 8  # times that one is put off for time
 LINES = 0.6  # s that lines are taken to last before and after a contact, without ramps and rests
+LEARNT = 0.7  # of what one meeting took longer than was estimated, for all others
 ROUNDING = 1e-9  # of a time between contacts
 
 
@@ -81,6 +82,9 @@ class MeetingQueue:
 
     Attributes:
         failures: Reasons against what is not in the queue.
+        least_late: s by which all meetings that were refused unseen are too late at least, by estimates; inf
+            without any.
+        n_met: Number of meetings that were taken out.
     """
 
     def __init__(
@@ -89,8 +93,9 @@ class MeetingQueue:
         self._context, self._grasps, self._start = context, grasps, start
         self._velocity, self._speed = along, float(np.linalg.norm(along))
         self._times, self._order = times, itertools.count()
+        self._longer = 0.0  # s that meetings take longer than is estimated without what was learnt
         self._queue: list[tuple[float, int, Meeting]] = []
-        self.failures = Failures()
+        self.failures, self.least_late, self.n_met = Failures(), np.inf, 0
 
     def enter(self, k: int, seeds: Array) -> None:
         """Enter a grasp in every branch of the arm that reaches it.
@@ -118,7 +123,13 @@ class MeetingQueue:
         Returns:
             The meeting; None if there are no more.
         """
-        return heapq.heappop(self._queue)[2] if self._queue else None
+        while self._queue:
+            meeting = heapq.heappop(self._queue)[2]
+            if self._missing(meeting.reach, meeting.t) <= 0.0:
+                self.n_met += 1
+                return meeting
+            self._put(meeting)  # more has been learnt since it was entered
+        return None
 
     def put_off(self, meeting: Meeting, by: float | None = None) -> None:
         """Enter a meeting that was tried again, if it may be possible later.
@@ -131,6 +142,7 @@ class MeetingQueue:
             if meeting.n_tried + 1 < MOST_TRIED:
                 self._put(replace(meeting, t=meeting.t + ELSEWHERE, n_tried=meeting.n_tried + 1), told=True)
         elif meeting.n_late < MOST_LATER:
+            self._longer += max(0.0, LEARNT * (by - self._missing(meeting.reach, meeting.t)))
             self._put(replace(meeting, t=meeting.t + max(by, EVERY / 2), n_late=meeting.n_late + 1))
         else:
             self._tell_late(meeting, by)
@@ -148,15 +160,16 @@ class MeetingQueue:
 
     def _put(self, meeting: Meeting, told: bool = False) -> None:
         """Enter a meeting at the first time from its own on at which it may be possible; else tell why."""
-        t = self._possible_from(meeting)
-        if isinstance(t, float):
+        t, late, why = self._possible_from(meeting)
+        if late <= 0.0:
             cost = t + SCORE_COST * self._grasps.grasps[meeting.k].score
             heapq.heappush(self._queue, (cost, next(self._order), replace(meeting, t=t)))
         elif not told:
-            self.failures += t
+            self.least_late = min(self.least_late, late)
+            self.failures += Reason("too late", str(self._grasps.grasps[meeting.k]), why)
 
-    def _possible_from(self, meeting: Meeting) -> float | Reason:
-        """Estimate the first s, from some on, at which a contact can be made; or say why there is none.
+    def _possible_from(self, meeting: Meeting) -> tuple[float, float, str]:
+        """Estimate the first s from some on at which a contact can be made; how many s it is late, and why.
 
         The arm has to reach the pose of the tool from where it begins to follow the belt to where it is at
         rest again, and to be there in time.
@@ -165,18 +178,15 @@ class MeetingQueue:
         first, last = (times.searched + travel / self._speed for travel in meeting.reach.stretch)
         after = times.rest + LINES + half
         t = EVERY * float(np.ceil(max(meeting.t, first + LINES + half) / EVERY - ROUNDING))
-        missing = 0.0
-        while t + after <= min(last, times.last + half):
+        end, missing = min(last, times.last + half), 0.0
+        while t + after <= end:
             if (missing := self._missing(meeting.reach, t)) <= 0.0:
-                return t
+                return t, 0.0, ""
             t += EVERY
-        grasp = str(self._grasps.grasps[meeting.k])
         if missing > 0.0:
-            return Reason("too late", grasp, f"by about {1e3 * missing:.0f} ms")
+            return t, missing, f"by about {1e3 * missing:.0f} ms"
         ends = "the arm's reach" if last < times.last + half else "the window"
-        return Reason(
-            "too late", grasp, f"{ends} ends {t + after - min(last, times.last + half):.2f} s too soon"
-        )
+        return t, t + after - end, f"{ends} ends about {t + after - end:.2f} s too soon"
 
     def _missing(self, reach: BeltReach, t: float) -> float:
         """Estimate the s by which the arm is too late for a contact at a time (s)."""
@@ -184,7 +194,7 @@ class MeetingQueue:
         q = reach.at(self._speed * (begins - self._times.searched))
         q = unwound_towards(self._context.arm.limits, q, self._start)
         needed = estimated_duration(self._context.space, np.stack([self._start, q]))
-        return needed + self._times.ramp + LINES - t
+        return needed + self._times.ramp + LINES + self._longer - t
 
     def _tell_late(self, meeting: Meeting, by: float) -> None:
         grasp = str(self._grasps.grasps[meeting.k])

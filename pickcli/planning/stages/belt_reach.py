@@ -19,8 +19,11 @@ from pickcli.kinematics.follow import Deviation
 
 STEP = 0.03  # m along the belt between configurations
 ROUGHLY = Deviation(0.01, float(np.radians(5.0)))  # that the tool may be off half-way between two of them
-STARTS = (0.5, 0.25, 0.75)  # shares of the stretch at which the arm may begin to follow
-SAME_BRANCH = 0.05  # rad or m of every joint
+STARTS = (
+    0.5,
+    0.25,
+    0.75,
+)  # shares of the stretch at which the arm begins to follow, the first that it reaches
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +70,7 @@ def belt_reaches(
         seeds: (K, n) from which inverse kinematics begins.
 
     Yields:
-        What one branch of the arm reaches; none twice.
+        What one branch of the arm reaches. Where one does, it is not begun anew.
     """
     travel = np.linspace(*stretch, max(2, 1 + int(np.ceil((stretch[1] - stretch[0]) / STEP))))
     poses = np.repeat(T_world_tip[None], len(travel), axis=0)
@@ -75,18 +78,11 @@ def belt_reaches(
     known: list[BeltReach] = []
     for share in STARTS:
         k = round(share * (len(travel) - 1))
+        if any(each.stretch[0] <= travel[k] <= each.stretch[1] for each in known):
+            continue
         for q in arm.solve(poses[k], tool_state, seeds):
-            if any(_contains(each, float(travel[k]), q) for each in known):
-                continue
             after = arm.follow(poses[k + 1 :], tool_state, q, ROUGHLY).configurations
             before = arm.follow(poses[:k][::-1], tool_state, q, ROUGHLY).configurations
             rows = slice(k - len(before), k + 1 + len(after))
             known.append(BeltReach(travel[rows], np.vstack([before[::-1], q, after])))
             yield known[-1]
-
-
-def _contains(reach: BeltReach, travel: float, q: Array) -> bool:
-    """Whether a configuration (n,) at some m of travel belongs to a branch that is known."""
-    if not reach.travel[0] <= travel <= reach.travel[-1]:
-        return False
-    return float(np.abs(reach.at(travel) - q).max()) < SAME_BRANCH
