@@ -235,45 +235,47 @@ class _Search:
         if isinstance(motion, Failures):
             return motion
         self._has_motion = True
-        followed = _followed(asked, problem, motion, meeting.t)
+        followed = self._followed(problem, motion, meeting)
         return _stitched(asked, followed, meeting.t) if isinstance(followed, FollowedTaking) else followed
 
-
-def _followed(
-    asked: _Asked, problem: PickProblem, motion: GraspMotion, t_contact: float
-) -> FollowedTaking | Failures | float:
-    """Let the arm follow the belt with the lines of a grasp, planned with the belt where it is then."""
-    context, belt = asked.context, asked.belt
-    motion = motion.unwound_towards(context.arm.limits, asked.start.q)
-    raised = raised_over_belt(problem, motion, belt.coming, belt.left(t_contact))
-    if isinstance(raised, Failures):
-        return raised
-    motion = paced_lines(raised, asked.pace)
-    inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
-    if isinstance(inward, Failures):
-        return inward
-    outward = carried_motion(
-        problem, PickMotion(motion.inward[0], motion, Transfer((), PlaceMotion(problem.scene, (), (), 0.0)))
-    )
-    if isinstance(outward, Failures):
-        return outward
-    rest = context.method.rests(context.cell.devices, context.settings.release_time).taking
-    taking = TimedTaking(problem, t_contact, motion, inward, outward, rest)
-    if t_contact + taking.lasts > belt.last:
-        late = f"by {1e3 * (t_contact + taking.lasts - belt.last):.0f} ms"
-        return Failures.of(Reason(LEFT_BEFORE, str(motion.grasp), late))
-    ramp = _ramp(asked, motion)
-    for longer in LONGER:
-        followed = follow_lines(taking, asked.along, belt.stream.speed, longer * ramp)
-        if not isinstance(followed, Failures):
-            break
-    else:
-        return followed
-    begins = followed.trajectory.positions[0]
-    begins_near = unwound_towards(context.arm.limits, begins, asked.start.q)
-    needed = estimated_duration(context.space, np.stack([asked.start.q, begins_near]))
-    missing = needed + followed.t_contact - t_contact
-    return missing if missing > 0.0 else followed.unwound(begins_near - begins)
+    def _followed(
+        self, problem: PickProblem, motion: GraspMotion, meeting: Meeting
+    ) -> FollowedTaking | Failures | float:
+        """Let the arm follow the belt with the lines of a grasp; or return why not, or how late it is (s)."""
+        asked, context, belt = self.asked, self.asked.context, self.asked.belt
+        motion = motion.unwound_towards(context.arm.limits, asked.start.q)
+        raised = raised_over_belt(problem, motion, belt.coming, belt.left(meeting.t))
+        if isinstance(raised, Failures):
+            return raised
+        motion = paced_lines(raised, asked.pace)
+        inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
+        if isinstance(inward, Failures):
+            return inward
+        ramp = _ramp(asked, motion)
+        if (missing := self.queue.missing(meeting, inward.trajectory.duration, ramp)) > 0.0:
+            return missing
+        outward = carried_motion(
+            problem,
+            PickMotion(motion.inward[0], motion, Transfer((), PlaceMotion(problem.scene, (), (), 0.0))),
+        )
+        if isinstance(outward, Failures):
+            return outward
+        rest = context.method.rests(context.cell.devices, context.settings.release_time).taking
+        taking = TimedTaking(problem, meeting.t, motion, inward, outward, rest)
+        if meeting.t + taking.lasts > belt.last:
+            late = f"by {1e3 * (meeting.t + taking.lasts - belt.last):.0f} ms"
+            return Failures.of(Reason(LEFT_BEFORE, str(motion.grasp), late))
+        for longer in LONGER:
+            followed = follow_lines(taking, asked.along, belt.stream.speed, longer * ramp)
+            if not isinstance(followed, Failures):
+                break
+        else:
+            return followed
+        begins = followed.trajectory.positions[0]
+        begins_near = unwound_towards(context.arm.limits, begins, asked.start.q)
+        needed = estimated_duration(context.space, np.stack([asked.start.q, begins_near]))
+        missing = needed + followed.t_contact - meeting.t
+        return missing if missing > 0.0 else followed.unwound(begins_near - begins)
 
 
 def _ramp(asked: _Asked, motion: GraspMotion) -> float:

@@ -27,7 +27,10 @@ EVERY = 0.1  # s between contacts that are tried
 ELSEWHERE = 0.2  # s that a contact is put off if it cannot be made for another reason than time
 MOST_TRIED = 3  # contacts of one grasp in one branch of the arm, besides those put off for time
 MOST_LATER = 8  # times that one is put off for time
-LINES = 0.6  # s that lines are taken to last before and after a contact, without ramps and rests
+INWARD, OUTWARD = (
+    0.45,
+    0.4,
+)  # s that lines before and after a contact are taken to last, without ramps and rests
 LEARNT = 0.7  # of what one meeting took longer than was estimated, for all others
 ROUNDING = 1e-9  # of a time between contacts
 
@@ -125,7 +128,7 @@ class MeetingQueue:
         """
         while self._queue:
             meeting = heapq.heappop(self._queue)[2]
-            if self._missing(meeting.reach, meeting.t) <= 0.0:
+            if self._missing(meeting) <= 0.0:
                 self.n_met += 1
                 return meeting
             self._put(meeting)  # more has been learnt since it was entered
@@ -142,7 +145,8 @@ class MeetingQueue:
             if meeting.n_tried + 1 < MOST_TRIED:
                 self._put(replace(meeting, t=meeting.t + ELSEWHERE, n_tried=meeting.n_tried + 1), told=True)
         elif meeting.n_late < MOST_LATER:
-            self._longer += max(0.0, LEARNT * (by - self._missing(meeting.reach, meeting.t)))
+            if meeting.n_late == 0:
+                self._longer += max(0.0, LEARNT * (by - self._missing(meeting)))
             self._put(replace(meeting, t=meeting.t + max(by, EVERY / 2), n_late=meeting.n_late + 1))
         else:
             self._tell_late(meeting, by)
@@ -176,11 +180,11 @@ class MeetingQueue:
         """
         times, half = self._times, self._times.ramp / 2
         first, last = (times.searched + travel / self._speed for travel in meeting.reach.stretch)
-        after = times.rest + LINES + half
-        t = EVERY * float(np.ceil(max(meeting.t, first + LINES + half) / EVERY - ROUNDING))
+        after = times.rest + OUTWARD + half
+        t = EVERY * float(np.ceil(max(meeting.t, first + INWARD + half) / EVERY - ROUNDING))
         end, missing = min(last, times.last + half), 0.0
         while t + after <= end:
-            if (missing := self._missing(meeting.reach, t)) <= 0.0:
+            if (missing := self._missing(replace(meeting, t=t))) <= 0.0:
                 return t, 0.0, ""
             t += EVERY
         if missing > 0.0:
@@ -188,13 +192,26 @@ class MeetingQueue:
         ends = "the arm's reach" if last < times.last + half else "the window"
         return t, t + after - end, f"{ends} ends about {t + after - end:.2f} s too soon"
 
-    def _missing(self, reach: BeltReach, t: float) -> float:
-        """Estimate the s by which the arm is too late for a contact at a time (s)."""
-        begins = t - LINES - self._times.ramp / 2
-        q = reach.at(self._speed * (begins - self._times.searched))
+    def missing(self, meeting: Meeting, inward: float, ramp: float) -> float:
+        """Estimate the s by which the arm is too late for a meeting whose lines are timed.
+
+        Args:
+            meeting: The meeting.
+            inward: s of the lines before the contact.
+            ramp: s in which the arm comes up to the speed of the belt.
+
+        Returns:
+            s, negative if it is in time.
+        """
+        begins = meeting.t - inward - ramp / 2
+        q = meeting.reach.at(self._speed * (begins - self._times.searched))
         q = unwound_towards(self._context.arm.limits, q, self._start)
         needed = estimated_duration(self._context.space, np.stack([self._start, q]))
-        return needed + self._times.ramp + LINES + self._longer - t
+        return needed + ramp + inward - meeting.t
+
+    def _missing(self, meeting: Meeting) -> float:
+        """Estimate the s by which the arm is too late for a meeting, with what was learnt from others."""
+        return self.missing(meeting, INWARD, self._times.ramp) + self._longer
 
     def _tell_late(self, meeting: Meeting, by: float) -> None:
         grasp = str(self._grasps.grasps[meeting.k])
