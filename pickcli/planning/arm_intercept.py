@@ -50,7 +50,7 @@ from pickcli.timing.line_tracking import ramp_time
 
 SOONEST = 1.5  # s from the start until the first contact that is tried: a rule, not a proof
 LEFT_BEFORE = "leaves the window before it is lifted"
-MOST_MET = 16  # meetings that one effort tries
+MOST_MET = 10  # meetings that one effort tries
 WIDELY = 0.25  # s that all grasps are too late, for which no others are searched: a rule, not a proof
 WHERE_SEARCHED = (
     0.35  # of the way from the soonest contact to the end of the window: where grasps are searched

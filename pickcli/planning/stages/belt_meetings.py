@@ -31,7 +31,7 @@ INWARD, OUTWARD = (
     0.45,
     0.4,
 )  # s that lines before and after a contact are taken to last, without ramps and rests
-LEARNT = 0.7  # of what one meeting took longer than was estimated, for all others
+SPARE = 0.03  # s that all meetings are put off beyond what one of them was late
 ROUNDING = 1e-9  # of a time between contacts
 
 
@@ -145,9 +145,8 @@ class MeetingQueue:
             if meeting.n_tried + 1 < MOST_TRIED:
                 self._put(replace(meeting, t=meeting.t + ELSEWHERE, n_tried=meeting.n_tried + 1), told=True)
         elif meeting.n_late < MOST_LATER:
-            if meeting.n_late == 0:
-                self._longer += max(0.0, LEARNT * (by - self._missing(meeting)))
-            self._put(replace(meeting, t=meeting.t + max(by, EVERY / 2), n_late=meeting.n_late + 1))
+            self._longer += max(0.0, by + SPARE - self._missing(meeting))
+            self._put(replace(meeting, n_late=meeting.n_late + 1))
         else:
             self._tell_late(meeting, by)
 
