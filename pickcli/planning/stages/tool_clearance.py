@@ -66,10 +66,12 @@ def with_tool_clearance(
 def with_room_beside(
     problem: PickProblem, grasps: Sequence[Grasp], by: Array
 ) -> tuple[tuple[Grasp, ...], Failures]:
-    """Find the grasps at which the open tool keeps clear of the target although that is displaced.
+    """Find the grasps whose approach keeps clear of the target to its end although the target is displaced.
+
+    That is necessary for a motion on a belt that may be off its plan, whose proof asks it all along.
 
     Args:
-        problem: The pick, with a tool that closes at rest.
+        problem: The pick.
         grasps: Grasps of the target.
         by: (3,) m in the world, by which the target may be displaced, or against it.
 
@@ -79,7 +81,8 @@ def with_room_beside(
     roomy, failures = list[Grasp](), Failures()
     for grasp in grasps:
         tool = _approaching(problem, grasp.tool_state)
-        T = np.repeat((problem.target.T_world_item @ grasp.T_item_tip)[None], 2, axis=0)
+        contact = problem.target.T_world_item @ grasp.T_item_tip
+        T = np.repeat(_touch(problem, grasp.face, grasp.T_item_tip[None], contact[None]), 2, axis=0)
         T[:, :3, 3] += np.stack([by, -by])
         are_clear = tool.are_valid_at(T)
         if are_clear.all():
