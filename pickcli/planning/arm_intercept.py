@@ -37,7 +37,7 @@ from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, T
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.belt_grasps import BeltGrasps
-from pickcli.planning.stages.belt_meetings import Meeting, MeetingQueue, MeetingTimes
+from pickcli.planning.stages.belt_meetings import BeltMeeting, BeltMeetings, MeetingTimes
 from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import arm_seeds, plan_grasp_motion
@@ -200,7 +200,7 @@ class _Search:
         rest = context.method.rests(context.cell.devices, context.settings.release_time).taking
         times = MeetingTimes(first, belt.last, LEAST_RAMP, rest, searched)
         velocity = belt.stream.speed * asked.along
-        self.queue = MeetingQueue(context, self.grasps, asked.start.q, velocity, times)
+        self.queue = BeltMeetings(context, self.grasps, asked.start.q, velocity, times)
 
     def plans(self) -> Iterator[Plan | Failures]:
         """Yield uncertified plans, the earliest contact first, and the reasons against others."""
@@ -222,7 +222,7 @@ class _Search:
         are_late = not self.queue.n_met and WIDELY < self.queue.least_late < np.inf
         return not (self._has_motion or are_late)
 
-    def _met(self, meeting: Meeting) -> Plan | Failures | float:
+    def _met(self, meeting: BeltMeeting) -> Plan | Failures | float:
         """Plan a meeting; return the reasons against it, or the s by which it has to be later."""
         asked, problem = self.asked, self.asked.problem_at(meeting.t)
         lines = self.grasps.lines(meeting.k, problem)
@@ -239,7 +239,7 @@ class _Search:
         return _stitched(asked, followed, meeting.t) if isinstance(followed, FollowedTaking) else followed
 
     def _followed(
-        self, problem: PickProblem, motion: GraspMotion, meeting: Meeting
+        self, problem: PickProblem, motion: GraspMotion, meeting: BeltMeeting
     ) -> FollowedTaking | Failures | float:
         """Let the arm follow the belt with the lines of a grasp; or return why not, or how late it is (s)."""
         asked, context, belt = self.asked, self.asked.context, self.asked.belt

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -137,7 +139,7 @@ def test_arguments_that_make_no_sense_are_refused_by_name(name: str, value: obje
     chain, q, T_last_tip, velocity = seven_joints(0)
     wanted = Circle(chain.fk(q)[-1] @ T_last_tip)
     t = wanted.times
-    arguments = {
+    arguments: dict[str, Any] = {
         "times": t, "own": np.zeros((41, 7)), "T_world_tips": wanted.poses(t), "twists": wanted.twists(t),
         "own_between": np.zeros((40, 7)), "twists_between": wanted.twists(t[1:]), "met": 20, "q_met": q,
         "T_last_tip": T_last_tip, "lower": np.full(7, -FREE), "upper": np.full(7, FREE),

@@ -15,7 +15,7 @@ from pickcli.planning.belt_query import InterceptQuery, QueryBelt
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.stages.belt_grasps import BeltGrasps
-from pickcli.planning.stages.belt_meetings import EVERY, MOST_TRIED, MeetingQueue, MeetingTimes
+from pickcli.planning.stages.belt_meetings import EVERY, MOST_TRIED, BeltMeetings, MeetingTimes
 from pickcli.planning.stages.belt_reach import STEP, BeltReach, belt_reaches
 from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import arm_seeds
@@ -96,12 +96,12 @@ def test_a_grasp_without_room_for_the_deviation_is_told() -> None:
     assert far.grasps == () and "with the belt off the plan" in str(list(far.failures))
 
 
-def queue() -> MeetingQueue:
+def queue() -> BeltMeetings:
     times = MeetingTimes(FIRST, LAST, 0.25, 0.43, SEARCHED)
-    return MeetingQueue(context(), grasps(), home().q, SPEED * ALONG, times)
+    return BeltMeetings(context(), grasps(), home().q, SPEED * ALONG, times)
 
 
-def entered() -> MeetingQueue:
+def entered() -> BeltMeetings:
     found = queue()
     for k in range(len(grasps().grasps)):
         found.enter(k, seeds())
@@ -146,7 +146,7 @@ def test_a_meeting_that_fails_is_tried_elsewhere_but_not_for_ever() -> None:
 
 def test_an_arm_that_cannot_be_in_time_is_told_by_how_much() -> None:
     times = MeetingTimes(FIRST, 2.0, 0.25, 0.43, SEARCHED)
-    late = MeetingQueue(context(), grasps(), home().q, SPEED * ALONG, times)
+    late = BeltMeetings(context(), grasps(), home().q, SPEED * ALONG, times)
     late.enter(0, seeds())
     assert late.pop() is None and 0.0 < late.least_late < np.inf
     assert any(reason.what == "too late" for reason in late.failures)

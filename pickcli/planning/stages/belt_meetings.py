@@ -55,7 +55,7 @@ class MeetingTimes:
 
 
 @dataclass(frozen=True, eq=False)
-class Meeting:
+class BeltMeeting:
     """A contact that may be possible.
 
     Attributes:
@@ -73,7 +73,7 @@ class Meeting:
     n_late: int = 0
 
 
-class MeetingQueue:
+class BeltMeetings:
     """Meetings that may be possible, the earliest first.
 
     Args:
@@ -97,7 +97,7 @@ class MeetingQueue:
         self._velocity, self._speed = along, float(np.linalg.norm(along))
         self._times, self._order = times, itertools.count()
         self._longer = 0.0  # s that meetings take longer than is estimated without what was learnt
-        self._queue: list[tuple[float, int, Meeting]] = []
+        self._queue: list[tuple[float, int, BeltMeeting]] = []
         self.failures, self.least_late, self.n_met = Failures(), np.inf, 0
 
     def enter(self, k: int, seeds: Array) -> None:
@@ -116,11 +116,11 @@ class MeetingQueue:
             )
         )  # fmt: skip
         for reach in reaches:
-            self._put(Meeting(k, reach, times.first))
+            self._put(BeltMeeting(k, reach, times.first))
         if not reaches:
             self.failures += Reason(UNREACHED, str(grasp), "anywhere along the belt")
 
-    def pop(self) -> Meeting | None:
+    def pop(self) -> BeltMeeting | None:
         """Take out the earliest meeting.
 
         Returns:
@@ -134,7 +134,7 @@ class MeetingQueue:
             self._put(meeting)  # more has been learnt since it was entered
         return None
 
-    def put_off(self, meeting: Meeting, by: float | None = None) -> None:
+    def put_off(self, meeting: BeltMeeting, by: float | None = None) -> None:
         """Enter a meeting that was tried again, if it may be possible later.
 
         Args:
@@ -150,7 +150,7 @@ class MeetingQueue:
         else:
             self._tell_late(meeting, by)
 
-    def q_contact(self, meeting: Meeting) -> Array:
+    def q_contact(self, meeting: BeltMeeting) -> Array:
         """Return about which configuration makes the contact.
 
         Args:
@@ -161,7 +161,7 @@ class MeetingQueue:
         """
         return meeting.reach.at(self._speed * (meeting.t - self._times.searched))
 
-    def _put(self, meeting: Meeting, told: bool = False) -> None:
+    def _put(self, meeting: BeltMeeting, told: bool = False) -> None:
         """Enter a meeting at the first time from its own on at which it may be possible; else tell why."""
         t, late, why = self._possible_from(meeting)
         if late <= 0.0:
@@ -171,7 +171,7 @@ class MeetingQueue:
             self.least_late = min(self.least_late, late)
             self.failures += Reason("too late", str(self._grasps.grasps[meeting.k]), why)
 
-    def _possible_from(self, meeting: Meeting) -> tuple[float, float, str]:
+    def _possible_from(self, meeting: BeltMeeting) -> tuple[float, float, str]:
         """Estimate the first s from some on at which a contact can be made; how many s it is late, and why.
 
         The arm has to reach the pose of the tool from where it begins to follow the belt to where it is at
@@ -191,7 +191,7 @@ class MeetingQueue:
         ends = "the arm's reach" if last < times.last + half else "the window"
         return t, t + after - end, f"{ends} ends about {t + after - end:.2f} s too soon"
 
-    def missing(self, meeting: Meeting, inward: float, ramp: float) -> float:
+    def missing(self, meeting: BeltMeeting, inward: float, ramp: float) -> float:
         """Estimate the s by which the arm is too late for a meeting whose lines are timed.
 
         Args:
@@ -208,10 +208,10 @@ class MeetingQueue:
         needed = estimated_duration(self._context.space, np.stack([self._start, q]))
         return needed + ramp + inward - meeting.t
 
-    def _missing(self, meeting: Meeting) -> float:
+    def _missing(self, meeting: BeltMeeting) -> float:
         """Estimate the s by which the arm is too late for a meeting, with what was learnt from others."""
         return self.missing(meeting, INWARD, self._times.ramp) + self._longer
 
-    def _tell_late(self, meeting: Meeting, by: float) -> None:
+    def _tell_late(self, meeting: BeltMeeting, by: float) -> None:
         grasp = str(self._grasps.grasps[meeting.k])
         self.failures += Reason("too late", grasp, f"by {1e3 * by:.0f} ms")
