@@ -83,8 +83,8 @@ def test_lines_are_displaced_with_the_belt_and_have_the_contacts_of_the_scene_th
         for name in ("preapproach", "approach", "touch", "contact"):
             moved = getattr(other, name)[:3, 3] - getattr(mine, name)[:3, 3]
             assert moved == pytest.approx(by, abs=1e-12)
-    for mine, other in zip(here.outward, there.outward, strict=True):
-        assert other.lift[:3, 3] - mine.lift[:3, 3] == pytest.approx(by, abs=1e-12)
+    for mine_out, other_out in zip(here.outward, there.outward, strict=True):
+        assert other_out.lift[:3, 3] - mine_out.lift[:3, 3] == pytest.approx(by, abs=1e-12)
     T_item = problem(3.5).target.T_world_item
     assert there.contact == pytest.approx(T_item @ there.grasp.T_item_tip, abs=1e-12)
 
