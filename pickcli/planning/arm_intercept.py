@@ -19,7 +19,7 @@ from pickcli.cell.device import DeviceKind
 from pickcli.collision.motion_segment import Mode, scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.grasping.search import USUAL, WIDE_SEARCH, Search
+from pickcli.grasping.search import Search
 from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Certify, Plan
 from pickcli.path_planning.path_cost import estimated_duration
@@ -36,11 +36,13 @@ from pickcli.planning.belt_query import InterceptQuery, QueryBelt
 from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.region_query import RegionSearch
 from pickcli.planning.stages.belt_grasps import BeltGrasps
 from pickcli.planning.stages.belt_meetings import BeltMeeting, BeltMeetings, MeetingTimes
 from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import arm_seeds, plan_grasp_motion
+from pickcli.planning.stages.grasp_selection import searches_of
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
 from pickcli.planning.stages.line_pace import line_pace, paced_lines
 from pickcli.planning.stages.transfer import plan_transfer
@@ -126,8 +128,8 @@ def plan_arm_intercept(
     pace = line_pace(context.arm.limits, stream.belt.max_acceleration / stream.speed)
     asked = _Asked(context, belt, picked, start, seed, along, pace)
     failures, goes_wide = Failures(), True
-    for effort in EFFORTS:
-        if effort.search is WIDE_SEARCH and not goes_wide:
+    for effort in _efforts(asked):
+        if effort.is_wide and not goes_wide:
             break
         search = _Search(asked, effort)
         for found in search.plans():
@@ -171,19 +173,22 @@ class _Effort:
     search: how candidates are found
     corridors: ways out that they choose from
     by_named: whether only from the configurations that the cell names for the belt
+    is_wide: whether it is for where the arm can follow the lines of no grasp before
     """
 
-    search: Search
+    search: Search | RegionSearch
     corridors: CorridorSet
     by_named: bool
+    is_wide: bool
 
 
-# One after the other; the last where the arm can follow the lines of no grasp before.
-EFFORTS = (
-    _Effort(USUAL, CorridorSet.FEW, True),
-    _Effort(USUAL, CorridorSet.FEW, False),
-    _Effort(WIDE_SEARCH, CorridorSet.MANY, False),
-)
+def _efforts(asked: _Asked) -> Iterator[_Effort]:
+    """Yield the efforts, one after the other."""
+    first, *others = searches_of(asked.problem_at(_soonest(asked.context, asked.belt)))
+    for by_named in (True, False):
+        yield _Effort(*first, by_named, is_wide=False)
+    for search in others:
+        yield _Effort(*search, by_named=False, is_wide=True)
 
 
 class _Search:

@@ -21,8 +21,9 @@ from pickcli.grasping.search import Search
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.stages.extraction import CorridorSet, extraction_of
-from pickcli.planning.stages.target_check import check_target
+from pickcli.planning.region_query import RegionSearch
+from pickcli.planning.stages.extraction import CorridorSet
+from pickcli.planning.stages.grasp_selection import candidates_of, ways_out_of
 from pickcli.planning.stages.tool_clearance import tool_lines, with_room_beside, with_tool_clearance
 from pickcli.seeds import derived_rng
 
@@ -44,7 +45,9 @@ class BeltGrasps:
     failures: Failures
 
     @classmethod
-    def of(cls, problem: PickProblem, search: Search, corridors: CorridorSet, deviation: Array) -> BeltGrasps:
+    def of(
+        cls, problem: PickProblem, search: Search | RegionSearch, corridors: CorridorSet, deviation: Array
+    ) -> BeltGrasps:
         """Search the grasps of a pick.
 
         Args:
@@ -56,13 +59,13 @@ class BeltGrasps:
         Returns:
             The grasps; none if the target cannot be taken at all.
         """
-        most, rng = problem.settings.load_ratio, derived_rng(problem.seed, "grasps", problem.target.id)
-        if (against := check_target(problem)).reasons:
-            return cls(problem, (), (), against)
-        ways_out = extraction_of(problem).transforms(corridors)
+        rng = derived_rng(problem.seed, "grasps", problem.target.id)
+        ways_out = ways_out_of(problem, corridors)
         if isinstance(ways_out, Failures):
             return cls(problem, (), (), ways_out)
-        found = problem.context.method.sample(problem.grasp_target, rng, search, most)
+        found = candidates_of(problem, search, corridors, rng)
+        if isinstance(found, Failures):
+            return cls(problem, (), ways_out, found)
         told = Failures(tuple(found.rejected))
         if not found.batches:
             return cls(problem, (), ways_out, told)
