@@ -210,12 +210,18 @@ def _body(kind: str, T_world_parent: Array, body: Body) -> _Solid:
 
 def _ignored_frames(model: CollisionModel, solid: _Solid) -> int:
     """Return the frames exempted by the cell and, for the base, those that cannot reach it, as bits."""
+    return _frames_ignoring(model, solid.name, solid.kind == "base")
+
+
+@lru_cache(maxsize=1024)
+def _frames_ignoring(model: CollisionModel, name: str, is_base: bool) -> int:
+    """Return the frames that are never tested against what has a name, as bits. Cached."""
     frames = zip(model.frame_names, model.bodies, strict=True)
     return sum(
         1 << k
-        for k, (name, body) in enumerate(frames)
-        if model.is_allowed(name, solid.name)
-        or (solid.kind == "base" and (body == 0 or (body == 1 and (k, solid.name) in _clear_of_base(model))))
+        for k, (frame, body) in enumerate(frames)
+        if model.is_allowed(frame, name)
+        or (is_base and (body == 0 or (body == 1 and (k, name) in _clear_of_base(model))))
     )
 
 

@@ -42,6 +42,18 @@ class FollowEnd(enum.IntEnum):
     OFF_LINE = 4
     """The tip would leave the line on the way to the next one."""
 
+class TrackEnd(enum.IntEnum):
+    """Why tracking a motion of the tip ended."""
+
+    DONE = 0
+    """All of it was tracked."""
+
+    SINGULAR = 1
+    """A joint would be many times too fast."""
+
+    LIMIT = 2
+    """A joint would be beyond a limit."""
+
 def line_deviation(T_world_tips: numpy.typing.NDArray[numpy.float64]) -> tuple[float, float]:
     """
     How far poses leave the straight line from the first to the last, at most.
@@ -129,6 +141,47 @@ class Chain:
         Returns:
             Poses (N, 4, 4) of the tip in the world, and motions (N, 4, 3), whose rows are velocity, angular velocity,
             acceleration and angular acceleration, in m and rad per the derivatives' unit.
+        """
+
+    def resolved_rates(self, Q: numpy.typing.NDArray[numpy.float64], own: numpy.typing.NDArray[numpy.float64], twists: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Joint velocities that move the tip as wanted, those of least norm besides given ones (Whitney 1969).
+
+        Args:
+            Q: (N, n) configurations in rad or m.
+            own: (N, n) velocities that the joints have anyway, per s.
+            twists: (N, 6) wanted of the tip along the axes of the world: m/s, then rad/s.
+            T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+            velocity: (n,) > 0, limits by which the velocities of the joints are measured.
+
+        Returns:
+            (N, n) per s. In a singular configuration they give another twist, or are not finite.
+        """
+
+    def track_tip(self, times: numpy.typing.NDArray[numpy.float64], own: numpy.typing.NDArray[numpy.float64], T_world_tips: numpy.typing.NDArray[numpy.float64], twists: numpy.typing.NDArray[numpy.float64], own_between: numpy.typing.NDArray[numpy.float64], twists_between: numpy.typing.NDArray[numpy.float64], met: int, q_met: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], fastest: float) -> tuple[numpy.typing.NDArray[numpy.float64], TrackEnd, int, int]:
+        """
+        Configurations along a motion of the tip, by integration of ``resolved_rates`` from one of them.
+
+        Each step, by Runge and Kutta of the fourth order, is followed by one of least norm onto the pose.
+
+        Args:
+            times: (N,) s, increasing, N at least 2.
+            own: (N, n) velocities that the joints have anyway, per s.
+            T_world_tips: (N, 4, 4) m, wanted poses of the tip.
+            twists: (N, 6) wanted of the tip along the axes of the world: m/s, then rad/s.
+            own_between: (N-1, n) the same half-way between the times.
+            twists_between: (N-1, 6) the same half-way between the times.
+            met: Index of the time at which the configuration is known.
+            q_met: (n,) rad or m, that configuration.
+            T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+            lower: (n,) rad or m.
+            upper: (n,) rad or m.
+            velocity: (n,) > 0, limits by which the velocities of the joints are measured.
+            fastest: Times these limits, from which on the arm counts as singular.
+
+        Returns:
+            (N, n) configurations, not all of them known unless it was done; why it ended; if it was not done, the
+            index of the time that was not reached, and the joint that is farthest beyond its limit there.
         """
 
     def inverse_dynamics(self, Q: numpy.typing.NDArray[numpy.float64], dQ: numpy.typing.NDArray[numpy.float64], ddQ: numpy.typing.NDArray[numpy.float64], masses: numpy.typing.NDArray[numpy.float64], centres: numpy.typing.NDArray[numpy.float64], inertias: numpy.typing.NDArray[numpy.float64], gravity: float) -> numpy.typing.NDArray[numpy.float64]:

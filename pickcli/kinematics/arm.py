@@ -96,6 +96,11 @@ class Arm:
         """Limits of the planned joints."""
         return self.robot.limits
 
+    @property
+    def window(self) -> tuple[Array, Array]:
+        """(n,) and (n,) between which inverse kinematics keeps, with its margin; finite for every joint."""
+        return self._lower, self._upper
+
     def chain(self, tool_state: ToolState) -> Chain:
         """Return the kernel's chain in one tool state.
 
@@ -160,6 +165,21 @@ class Arm:
             rad/s.
         """
         return np.asarray(self.chain(tool_state).jacobian(q, self._T_last_tip))
+
+    def rates(self, Q: Array, own: Array, twists: Array, tool_state: ToolState) -> Array:
+        """Compute joint velocities that move the tool frame as wanted (resolved motion rate, Whitney 1969).
+
+        Args:
+            Q: (N, n) configurations.
+            own: (N, n) velocities that the joints have anyway.
+            twists: (N, 6) wanted of the tool frame in the world: m/s, then rad/s.
+            tool_state: State of the tool.
+
+        Returns:
+            (N, n): ``own``, and besides the velocities of least norm, each by its limit. In a singular
+            configuration they give another twist, or are not finite.
+        """
+        return self.chain(tool_state).resolved_rates(Q, own, twists, self._T_last_tip, self.limits.velocity)
 
     def manipulability(self, q: Array, tool_state: ToolState) -> float:
         """Compute Yoshikawa's measure of manipulability.

@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from pickcli.cell.device import DeviceKind
 from pickcli.collision.motion_segment import Mode, scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
+from pickcli.grasping.search import Search
 from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Certify, Plan
 from pickcli.path_planning.path_cost import estimated_duration
@@ -34,18 +36,27 @@ from pickcli.planning.belt_query import InterceptQuery, QueryBelt
 from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.region_query import RegionSearch
+from pickcli.planning.stages.belt_grasps import BeltGrasps
+from pickcli.planning.stages.belt_meetings import BeltMeeting, BeltMeetings, MeetingTimes
 from pickcli.planning.stages.belt_raise import raised_over_belt
-from pickcli.planning.stages.grasp_selection import feasible_grasps
+from pickcli.planning.stages.extraction import CorridorSet
+from pickcli.planning.stages.grasp_motion import arm_seeds, plan_grasp_motion
+from pickcli.planning.stages.grasp_selection import searches_of
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
 from pickcli.planning.stages.line_pace import line_pace, paced_lines
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
+from pickcli.seeds import derived_rng
 from pickcli.timing.line_tracking import ramp_time
 
 SOONEST = 1.5  # s from the start until the first contact that is tried: a rule, not a proof
 LEFT_BEFORE = "leaves the window before it is lifted"
-LEAST_LEFT = 1.0  # s until the item leaves the window, from which on no later contact is tried
-EVERY = 0.2  # s between contacts that are tried
+MOST_MET = 10  # meetings that one effort tries
+WIDELY = 0.25  # s that all grasps are too late, for which no others are searched: a rule, not a proof
+WHERE_SEARCHED = (
+    0.35  # of the way from the soonest contact to the end of the window: where grasps are searched
+)
 PACED_COMING = 0.9  # of the limits for the way to the belt, whose time is that of the belt
 FOLLOWING = 0.5  # of the limits of acceleration and jerk, by which the arm comes up to the belt's speed
 LEAST_RAMP = 0.25  # s
@@ -66,6 +77,18 @@ class _Asked:
     seed: int
     along: Array
     pace: float
+
+    @cached_property
+    def _problems(self) -> dict[float, PickProblem]:
+        """Problems that were posed, by the s at which the belt is there."""
+        return {}
+
+    def problem_at(self, t: float) -> PickProblem:
+        """Return the pick with the belt where it is at a time (s)."""
+        if t not in self._problems:
+            posed = PickProblem.of(self.context, self.belt.at(t), self.picked, self.seed)
+            self._problems[t] = replace(posed, over_rim=True)
+        return self._problems[t]
 
 
 def plan_arm_intercept(
@@ -104,19 +127,19 @@ def plan_arm_intercept(
     belt = replace(belt, deviation=DEVIATION)
     pace = line_pace(context.arm.limits, stream.belt.max_acceleration / stream.speed)
     asked = _Asked(context, belt, picked, start, seed, along, pace)
-    failures = Failures()
-    for t_contact in _contacts(context, belt):
-        found = Failures()
-        for plan in _met(asked, t_contact):
-            if isinstance(plan, Plan):
-                plan = plan.with_statistics(planning_ms=1e3 * (time.perf_counter() - began))
-                plan = plan if certify is None else certify(plan)
-            if isinstance(plan, Plan):
-                return plan
-            found += plan
-        failures += found
-        if belt.last - t_contact < LEAST_LEFT and any(each.what == LEFT_BEFORE for each in found):
-            break  # later it is only nearer to the end of the window
+    failures, goes_wide = Failures(), True
+    for effort in _efforts(asked):
+        if effort.is_wide and not goes_wide:
+            break
+        search = _Search(asked, effort)
+        for found in search.plans():
+            if isinstance(found, Plan):
+                found = found.with_statistics(planning_ms=1e3 * (time.perf_counter() - began))
+                found = found if certify is None else certify(found)
+            if isinstance(found, Plan):
+                return found
+            failures += found
+        goes_wide = goes_wide and search.would_go_wide
     raise NoPlanError(query.label(place), failures)
 
 
@@ -143,62 +166,121 @@ def _soonest(context: PlanningContext, belt: QueryBelt) -> float:
     return max(belt.first, SOONEST, *pumps)
 
 
-def _contacts(context: PlanningContext, belt: QueryBelt) -> Iterator[float]:
-    """Yield the s at which contacts are tried, the soonest first."""
-    t = _soonest(context, belt)
-    while t <= belt.last:
-        yield t
-        t += EVERY
+@dataclass(frozen=True)
+class _Effort:
+    """How grasps are searched, and from which configurations the arm tries to reach them.
+
+    search: how candidates are found
+    corridors: ways out that they choose from
+    by_named: whether only from the configurations that the cell names for the belt
+    is_wide: whether it is for where the arm can follow the lines of no grasp before
+    """
+
+    search: Search | RegionSearch
+    corridors: CorridorSet
+    by_named: bool
+    is_wide: bool
 
 
-def _met(asked: _Asked, t_contact: float) -> Iterator[Plan | Failures]:
-    """Yield uncertified plans that make the contact at a time (s), and the reasons against others."""
-    context = asked.context
-    problem = PickProblem.of(context, asked.belt.at(t_contact), asked.picked, asked.seed)
-    grasps, failures = feasible_grasps(replace(problem, over_rim=True), ())
-    problem = replace(problem, over_rim=True)
-    yield failures
-    for motion in grasps:
-        followed = _followed(asked, problem, motion, t_contact)
-        yield followed if isinstance(followed, Failures) else _stitched(asked, followed, t_contact)
+def _efforts(asked: _Asked) -> Iterator[_Effort]:
+    """Yield the efforts, one after the other."""
+    first, *others = searches_of(asked.problem_at(_soonest(asked.context, asked.belt)))
+    for by_named in (True, False):
+        yield _Effort(*first, by_named, is_wide=False)
+    for search in others:
+        yield _Effort(*search, by_named=False, is_wide=True)
 
 
-def _followed(
-    asked: _Asked, problem: PickProblem, motion: GraspMotion, t_contact: float
-) -> FollowedTaking | Failures:
-    """Let the arm follow the belt with the lines of a grasp, planned with the belt where it is then."""
-    context, belt = asked.context, asked.belt
-    motion = motion.unwound_towards(context.arm.limits, asked.start.q)
-    raised = raised_over_belt(problem, motion, belt.coming, belt.left(t_contact))
-    if isinstance(raised, Failures):
-        return raised
-    motion = paced_lines(raised, asked.pace)
-    inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
-    if isinstance(inward, Failures):
-        return inward
-    outward = carried_motion(
-        problem, PickMotion(motion.inward[0], motion, Transfer((), PlaceMotion(problem.scene, (), (), 0.0)))
-    )
-    if isinstance(outward, Failures):
-        return outward
-    rest = context.method.rests(context.cell.devices, context.settings.release_time).taking
-    taking = TimedTaking(problem, t_contact, motion, inward, outward, rest)
-    if t_contact + taking.lasts > belt.last:
-        late = f"by {1e3 * (t_contact + taking.lasts - belt.last):.0f} ms"
-        return Failures.of(Reason(LEFT_BEFORE, str(motion.grasp), late))
-    ramp = _ramp(asked, motion)
-    needed = estimated_duration(context.space, np.stack([asked.start.q, motion.start]))
-    # Where the arm waits is elsewhere along the belt: half of the way there counts as possible.
-    if (missing := 0.5 * needed + ramp + inward.trajectory.duration - t_contact) > 0.0:
-        return Failures.of(Reason("too late", str(motion.grasp), f"by {1e3 * missing:.0f} ms at least"))
-    for longer in LONGER:
-        followed = follow_lines(taking, asked.along, belt.stream.speed, longer * ramp)
-        if not isinstance(followed, Failures):
-            break
-    else:
-        return followed
-    begins = followed.trajectory.positions[0]
-    return followed.unwound(unwound_towards(context.arm.limits, begins, asked.start.q) - begins)
+class _Search:
+    """The search of one effort."""
+
+    def __init__(self, asked: _Asked, effort: _Effort) -> None:
+        self.asked, self._has_motion = asked, False
+        context, belt = asked.context, asked.belt
+        first = _soonest(context, belt)
+        searched = first + WHERE_SEARCHED * (belt.last - first)
+        problem = replace(asked.problem_at(searched), by_named=effort.by_named)
+        off = belt.deviation * asked.along
+        self.grasps = BeltGrasps.of(problem, effort.search, effort.corridors, off)
+        rest = context.method.rests(context.cell.devices, context.settings.release_time).taking
+        times = MeetingTimes(first, belt.last, LEAST_RAMP, rest, searched)
+        velocity = belt.stream.speed * asked.along
+        self.queue = BeltMeetings(context, self.grasps, asked.start.q, velocity, times)
+
+    def plans(self) -> Iterator[Plan | Failures]:
+        """Yield uncertified plans, the earliest contact first, and the reasons against others."""
+        rng = derived_rng(self.asked.seed, "arm on the belt", self.asked.picked.item)
+        for k in range(len(self.grasps.grasps)):
+            self.queue.enter(k, arm_seeds(self.grasps.problem, rng))
+        while self.queue.n_met < MOST_MET and (meeting := self.queue.pop()) is not None:
+            found = self._met(meeting)
+            if isinstance(found, float):
+                self.queue.put_off(meeting, found)
+                continue
+            yield found
+            self.queue.put_off(meeting)
+        yield self.grasps.failures + self.queue.failures
+
+    @property
+    def would_go_wide(self) -> bool:
+        """Whether a wide search could help: not for an arm that follows lines, or is much too late."""
+        are_late = not self.queue.n_met and WIDELY < self.queue.least_late < np.inf
+        return not (self._has_motion or are_late)
+
+    def _met(self, meeting: BeltMeeting) -> Plan | Failures | float:
+        """Plan a meeting; return the reasons against it, or the s by which it has to be later."""
+        asked, problem = self.asked, self.asked.problem_at(meeting.t)
+        lines = self.grasps.lines(meeting.k, problem)
+        if isinstance(lines, Failures):
+            return lines
+        speed = asked.context.method.contact_speed(problem.contacts, lines.grasp)
+        if speed is None:
+            return Failures.of(Reason("tips the item", str(lines.grasp)))
+        motion = plan_grasp_motion(problem, lines, speed, self.queue.q_contact(meeting)[None])
+        if isinstance(motion, Failures):
+            return motion
+        self._has_motion = True
+        followed = self._followed(problem, motion, meeting)
+        return _stitched(asked, followed, meeting.t) if isinstance(followed, FollowedTaking) else followed
+
+    def _followed(
+        self, problem: PickProblem, motion: GraspMotion, meeting: BeltMeeting
+    ) -> FollowedTaking | Failures | float:
+        """Let the arm follow the belt with the lines of a grasp; or return why not, or how late it is (s)."""
+        asked, context, belt = self.asked, self.asked.context, self.asked.belt
+        motion = motion.unwound_towards(context.arm.limits, asked.start.q)
+        raised = raised_over_belt(problem, motion, belt.coming, belt.left(meeting.t))
+        if isinstance(raised, Failures):
+            return raised
+        motion = paced_lines(raised, asked.pace)
+        inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
+        if isinstance(inward, Failures):
+            return inward
+        ramp = _ramp(asked, motion)
+        if (missing := self.queue.missing(meeting, inward.trajectory.duration, ramp)) > 0.0:
+            return missing
+        outward = carried_motion(
+            problem,
+            PickMotion(motion.inward[0], motion, Transfer((), PlaceMotion(problem.scene, (), (), 0.0))),
+        )
+        if isinstance(outward, Failures):
+            return outward
+        rest = context.method.rests(context.cell.devices, context.settings.release_time).taking
+        taking = TimedTaking(problem, meeting.t, motion, inward, outward, rest)
+        if meeting.t + taking.lasts > belt.last:
+            late = f"by {1e3 * (meeting.t + taking.lasts - belt.last):.0f} ms"
+            return Failures.of(Reason(LEFT_BEFORE, str(motion.grasp), late))
+        for longer in LONGER:
+            followed = follow_lines(taking, asked.along, belt.stream.speed, longer * ramp)
+            if not isinstance(followed, Failures):
+                break
+        else:
+            return followed
+        begins = followed.trajectory.positions[0]
+        begins_near = unwound_towards(context.arm.limits, begins, asked.start.q)
+        needed = estimated_duration(context.space, np.stack([asked.start.q, begins_near]))
+        missing = needed + followed.t_contact - meeting.t
+        return missing if missing > 0.0 else followed.unwound(begins_near - begins)
 
 
 def _ramp(asked: _Asked, motion: GraspMotion) -> float:
@@ -212,7 +294,7 @@ def _ramp(asked: _Asked, motion: GraspMotion) -> float:
     return max(LEAST_RAMP, *(ramp_time(rate, a, FOLLOWING * j) for rate, a, j in most))
 
 
-def _stitched(asked: _Asked, followed: FollowedTaking, t_contact: float) -> Plan | Failures:
+def _stitched(asked: _Asked, followed: FollowedTaking, t_contact: float) -> Plan | Failures | float:
     """Plan the ways to the belt and from there to the placement, and stitch the whole plan."""
     context, belt, grasp = asked.context, asked.belt, str(followed.taking.motion.grasp)
     before = replace(followed.taking.problem, scene=belt.coming)
@@ -224,16 +306,14 @@ def _stitched(asked: _Asked, followed: FollowedTaking, t_contact: float) -> Plan
     if isinstance(coming, Failures):
         return coming
     if (late := coming.trajectory.duration + followed.t_contact - t_contact) > 0.0:
-        return Failures.of(Reason("too late", grasp, f"by {1e3 * late:.0f} ms"))
+        return late
     after = replace(followed.taking.problem, scene=belt.left(t_contact + followed.lasts))
     carried = plan_transfer(after, replace(reached, taking=followed.left))
     if isinstance(carried, Failures):
         return carried
     meeting = FollowedMeeting(belt.start, belt.coming, belt.tracking, t_contact, after)
     plan = stitch_followed(meeting, transit, coming, followed, carried)
-    if isinstance(plan, float):
-        return Failures.of(Reason("too late", grasp, f"by {1e3 * plan:.0f} ms"))
-    if isinstance(plan, Failures):
+    if not isinstance(plan, Plan):
         return plan
     too_far = belt.brought_too_far(plan, grasp)
     return plan if too_far is None else Failures.of(too_far)

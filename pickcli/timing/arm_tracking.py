@@ -4,30 +4,27 @@ Where no linear axis runs along the belt, all joints follow it: the tool is wher
 displaced along the belt. The displacement is that of ``line_tracking``: it begins and ends at rest by smooth
 ramps. Joint velocities are those of least norm, each by its limit, that move the tool so (Whitney, Resolved
 motion rate control of manipulators and human prostheses, 1969); what redundancy leaves open does what it does
-in the planned motion.
+in the planned motion. The kernel integrates them from the contact both ways.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
 
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
-from pickcli.geometry import Array, rotation_vector
-from pickcli.kinematics.arm import LIMIT_MARGIN, Arm
+from pickcli.geometry import Array
+from pickcli.kernel import TrackEnd
+from pickcli.kinematics.arm import Arm
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.line_tracking import SAME_TIME, TrackedMotion
 
 STEP = 0.02  # s between points of the motion at most
 NEARBY = 1e-4  # s over which accelerations are differences of velocities
 FASTEST = 3.0  # times the limit of a joint, from which on an arm counts as singular
-
-
-_Row: TypeAlias = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +40,6 @@ class _Wanted:
     velocities: Array
     poses: Array
     twists: Array
-
-    def at(self, k: int) -> _Row:
-        """Return what is wanted at one of the times."""
-        return self.velocities[k], self.poses[k], self.twists[k]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,17 +73,17 @@ class ArmTracking:
         times = self._times()
         here, between = self._wanted(times), self._wanted((times[:-1] + times[1:]) / 2.0)
         met = int(np.argmin(np.abs(times - self.t_met)))
-        Q = np.empty((len(times), self.arm.n))
-        Q[met] = here.positions[met]
-        for way in (1, -1):
-            for k in range(met, len(times) - 1 if way > 0 else 0, way):
-                middle = k if way > 0 else k - 1
-                h = float(times[k + way] - times[k])
-                q = self._stepped(h, Q[k], here.at(k), between.at(middle), here.at(k + way))
-                if isinstance(q, Reason):
-                    return q.at(f"following the belt at {times[k + way]:.2f} s")
-                Q[k + way] = q
-        dQ = np.array([self._rate(here.at(k), q) for k, q in enumerate(Q)])
+        Q, end, at, joint = self.arm.chain(self.tool_state).track_tip(
+            times, here.velocities, here.poses, here.twists, between.velocities, between.twists, met,
+            here.positions[met], self.arm.robot.tool.T_last_tip, *self.arm.window,
+            self.arm.limits.velocity, FASTEST,
+        )  # fmt: skip
+        if end is not TrackEnd.DONE:
+            where = f"following the belt at {times[at]:.2f} s"
+            if end is TrackEnd.SINGULAR:
+                return Reason("singular", where, "joints would be many times too fast")
+            return Reason("joint limit", where, self.arm.names[joint])
+        dQ = self.arm.rates(Q, here.velocities, here.twists, self.tool_state)
         ddQ = self._accelerations(times, Q, dQ)
         dQ[[0, -1]] = ddQ[[0, -1]] = 0.0
         return Trajectory(self.relative.joint_names, times, Q, dQ, ddQ)
@@ -126,54 +119,15 @@ class ArmTracking:
         twists = np.hstack([moved.velocity + np.outer(speed, self.along), moved.angular_velocity])
         return _Wanted(states[0], states[1], poses, twists)
 
-    def _stepped(self, h: float, q: Array, here: _Row, middle: _Row, there: _Row) -> Array | Reason:
-        """Return the configuration (n,) h s after q (n,): a step by Runge and Kutta, then onto the pose."""
-        first = self._rate(here, q)
-        second = self._rate(middle, q + h / 2.0 * first)
-        third = self._rate(middle, q + h / 2.0 * second)
-        last = self._rate(there, q + h * third)
-        rate, limits = (first + 2.0 * second + 2.0 * third + last) / 6.0, self.arm.limits
-        if not np.abs(rate / limits.velocity).max() <= FASTEST:
-            return Reason("singular", "", "joints would be many times too fast")
-        q = q + h * rate
-        q = q + self._least(self.arm.jacobian(q, self.tool_state), self._error(there[1], q))
-        beyond = np.maximum(limits.lower + LIMIT_MARGIN - q, q - limits.upper + LIMIT_MARGIN)
-        if not beyond.max() <= 0.0:
-            return Reason("joint limit", "", self.arm.names[int(np.argmax(beyond))])
-        return np.asarray(q)
-
-    def _rate(self, wanted: _Row, q: Array) -> Array:
-        """Joint velocities (n,) at a configuration (n,); not finite in a singular one."""
-        own, _, twist = wanted
-        J = self.arm.jacobian(q, self.tool_state)
-        return own + self._least(J, twist - J @ own)
-
     def _accelerations(self, times: Array, Q: Array, dQ: Array) -> Array:
         """Joint accelerations (N, n) along the motion, as differences of velocities."""
         starts, ends = np.maximum(times - NEARBY, 0.0), np.minimum(times + NEARBY, times[-1])
+        low, high = (starts - times)[:, None], (ends - times)[:, None]
         before, after = self._wanted(starts), self._wanted(ends)
-        found = np.empty_like(Q)
-        for k, t in enumerate(times):
-            low, high = starts[k] - t, ends[k] - t
-            change = self._rate(after.at(k), Q[k] + high * dQ[k]) - self._rate(
-                before.at(k), Q[k] + low * dQ[k]
-            )
-            found[k] = change / (high - low)
-        return found
-
-    def _least(self, J: Array, twist: Array) -> Array:
-        """Joint velocities (n,), least by their limits, that give the tool a twist (6,); J: (6, n)."""
-        weighted = J * self.arm.limits.velocity**2
-        try:
-            return np.asarray(weighted.T @ np.linalg.solve(weighted @ J.T, twist))
-        except np.linalg.LinAlgError:
-            return np.full(J.shape[1], np.nan)
-
-    def _error(self, wanted: Array, q: Array) -> Array:
-        """Way (6,) from the tool at a configuration (n,) to a pose (4, 4)."""
-        tip = self.arm.tip(q, self.tool_state)
-        turn = rotation_vector(wanted[:3, :3] @ tip[:3, :3].T)
-        return np.concatenate([wanted[:3, 3] - tip[:3, 3], turn])
+        state = self.tool_state
+        later = self.arm.rates(Q + high * dQ, after.velocities, after.twists, state)
+        earlier = self.arm.rates(Q + low * dQ, before.velocities, before.twists, state)
+        return np.asarray((later - earlier) / (high - low))
 
 
 def _metres(p: Array) -> str:

@@ -1,9 +1,13 @@
-"""Sampling of a trajectory's states at many times by the kernel, for measurements on planned motions.
+"""Sampling of a trajectory at many times by the kernel, for measurements and proofs of planned motions.
 
 The verifier evaluates the same quintics by ``Trajectory`` itself, without code of the kernel.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.kernel import quintic_states
@@ -23,3 +27,24 @@ def states_at(trajectory: Trajectory, t: Array, highest: int = 2) -> Array:
     """
     at = trajectory
     return quintic_states(at.times, at.positions, at.velocities, at.accelerations, t, highest)
+
+
+def divided(trajectory: Trajectory, parts: int) -> Trajectory:
+    """Return a trajectory with more points on the same curve.
+
+    Args:
+        trajectory: N points with quintics in between.
+        parts: Number of parts of each piece, at least 1.
+
+    Returns:
+        The same motion with (N - 1) parts + 1 points.
+    """
+    if parts == 1:
+        return trajectory
+    starts, lengths = trajectory.times[:-1], np.diff(trajectory.times)
+    inner = (starts[:, None] + lengths[:, None] * np.arange(parts) / parts).reshape(-1)
+    t = np.append(inner, trajectory.times[-1])
+    positions, velocities, accelerations = states_at(trajectory, t)
+    return replace(
+        trajectory, times=t, positions=positions, velocities=velocities, accelerations=accelerations
+    )

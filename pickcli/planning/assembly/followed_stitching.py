@@ -47,6 +47,7 @@ from pickcli.timing.line_tracking import TrackedMotion
 from pickcli.timing.plan_parts import PlanPart, joined
 from pickcli.timing.timed_run import TimedRun
 
+PARTS = 4  # of a quintic that are proven one by one, as the joints' motions cancel out as seen from the belt
 ROOM = 0.9  # of the limits while the arm follows the belt, whose pace may change
 
 
@@ -291,7 +292,7 @@ def _why_not_free_at_work(
     # Fingers that pass it on both sides keep off it wherever it may be.
     touched = set() if segment.kind in (SegmentKind.PREAPPROACH, SegmentKind.APPROACH) else target
     beside = seen.checker_for(seen_scene, without(others | touched, mode))
-    return why_not_swept(as_seen, segment, beside, 0, (-off, off))
+    return why_not_swept(as_seen, segment, beside, 0, (-off, off), PARTS)
 
 
 @lru_cache(maxsize=8)

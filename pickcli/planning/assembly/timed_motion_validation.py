@@ -14,6 +14,7 @@ from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.concatenation import Run
 from pickcli.timing.trajectory_chords import swept_chords, trajectory_chords
+from pickcli.timing.trajectory_sampling import divided
 
 
 def why_not_proven(
@@ -50,8 +51,9 @@ def why_not_proven(
 
 
 def why_not_swept(
-    trajectory: Trajectory, segment: Segment, checker: SceneChecker, axis: int, shifts: tuple[Array, Array]
-) -> Reason | None:
+    trajectory: Trajectory, segment: Segment, checker: SceneChecker, axis: int, shifts: tuple[Array, Array],
+    parts: int = 1,
+) -> Reason | None:  # fmt: skip
     """Explain why a segment is not proven free wherever its motion is displaced along an axis.
 
     Args:
@@ -60,6 +62,8 @@ def why_not_swept(
         checker: Its checker.
         axis: Index of the axis.
         shifts: (N,) least and (N,) greatest displacement along it at the points.
+        parts: Number of parts of each quintic that are proven one by one: the joints' motion within one
+            counts as slack, although motions of several joints may cancel out.
 
     Returns:
         The reason for the first quintic that is not proven free; None if all are.
@@ -73,10 +77,16 @@ def why_not_swept(
     rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
     piece = Trajectory(trajectory.joint_names, t[at], *(row[at] for row in rows))
     low, high = (shift[at] for shift in shifts)
-    edges, slack = swept_chords(piece, axis, np.minimum(low[:-1], low[1:]), np.maximum(high[:-1], high[1:]))
+    least, most = (np.repeat(each, parts) for each in _bounds(low, high))
+    edges, slack = swept_chords(divided(piece, parts), axis, least, most)
     i = checker.first_blocked_edge(edges, slack)
     if i < 0:
         return None
     reason = checker.explain_path(edges[i : i + 2], slack[i : i + 1])
-    where = f"{segment.kind} at {t[first + i // 2]:.3f} s"
+    where = f"{segment.kind} at {t[first + i // (2 * parts)]:.3f} s"
     return Reason("the timed motion is not proven free", where, str(reason), reason.in_the_way)
+
+
+def _bounds(low: Array, high: Array) -> tuple[Array, Array]:
+    """Return the least and the greatest displacement (N - 1,) on the pieces between N points."""
+    return np.minimum(low[:-1], low[1:]), np.maximum(high[:-1], high[1:])

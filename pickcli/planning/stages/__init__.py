@@ -7,7 +7,8 @@
 - Extraction, in `extraction`: `planned_extraction` and `lift_sampling` if no simple corridor is free.
 - Over a running belt: `reach_table` says at once what is never met, `belt_raise` lengthens the lines to
   where the arm may wait whatever comes, and `line_pace` slows them down, so that the belt may change its
-  speed.
+  speed. Where all joints follow the belt, `belt_grasps` are found once for all places along it, `belt_reach`
+  is how far the arm reaches them, and `belt_meetings` orders when they are tried.
 - Coarse motions: `grasp_transit` to the grasp, and `transfer` with the item to its placement, by ways of
   `item_transfer`.
 - Release, in `placement`: at `drop_placements` from above, off a belt by `rim_drops`; else by `set_down`,

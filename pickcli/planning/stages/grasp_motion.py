@@ -34,7 +34,7 @@ _Poses = TypeVar("_Poses")
 
 
 def plan_grasp_motion(
-    problem: PickProblem, ways: ToolLines, contact_speed: float, rng: np.random.Generator
+    problem: PickProblem, ways: ToolLines, contact_speed: float, seeds: Array
 ) -> GraspMotion | Failures:
     """Find the first feasible motion for one grasp, over the branches and redundancy of the arm.
 
@@ -42,13 +42,13 @@ def plan_grasp_motion(
         problem: The pick.
         ways: Tool motions of the grasp, planned without the arm.
         contact_speed: m/s, highest speed at which the tool may meet the target.
-        rng: Source of the arm's random seeds.
+        seeds: (K, n) from which inverse kinematics begins (``arm_seeds``).
 
     Returns:
         The motion in the place, or every reason for failure.
     """
     context, grasp, contact, where = problem.context, ways.grasp, ways.contact, str(ways.grasp)
-    solutions = context.arm.solve(contact, grasp.tool_state, _seeds(problem, rng))
+    solutions = context.arm.solve(contact, grasp.tool_state, seeds)
     if len(solutions) == 0:
         return Failures.of(Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact)))
     lines = _Lines.of(problem, ways, contact_speed)
@@ -91,10 +91,15 @@ def plan_motion_down(back: PickProblem, ways: ToolLines, T_over: Array, q: Array
     return GraspMotion(ways.grasp, lines.attached, inward, (down.backwards(SegmentKind.LIFT),))
 
 
-def _seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
-    """Return configurations in front of the place; the first also moved along the rails, and random ones.
+def arm_seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
+    """Return where inverse kinematics begins: in front of the place, also moved along the rails; at random.
 
-    Those only if the problem does not want the named ones alone.
+    Args:
+        problem: The pick. It may want those alone that the cell names.
+        rng: Source of the random ones.
+
+    Returns:
+        (K, n) configurations.
     """
     arm, fronts = problem.context.arm, problem.context.configurations_at(problem.place)
     if not fronts:  # then all are random

@@ -19,7 +19,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.pick_settings import GraspApproach
 from pickcli.planning.region_query import RegionSearch
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
-from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.grasp_motion import arm_seeds, plan_grasp_motion
 from pickcli.planning.stages.recorded_candidates import recorded_candidates
 from pickcli.planning.stages.region_candidates import region_candidates
 from pickcli.planning.stages.shift_end import plan_end_of_shift, shift_transforms
@@ -61,14 +61,13 @@ def feasible_grasps(
     """
     rng = derived_rng(problem.seed, "grasps", problem.target.id)
     failures = Failures()
-    is_recorded = problem.context.recorded is not None
-    for search, corridors in _RECORDED if is_recorded else SEARCHES[problem.settings.approach]:
-        candidates = _candidates(problem, search, corridors, exclude, rng)
+    for search, corridors in searches_of(problem):
+        candidates = candidates_of(problem, search, corridors, rng, exclude)
         if isinstance(candidates, Failures):
             return (), failures + candidates
         told = Failures(tuple(candidates.rejected))
         if candidates.batches:
-            ways_out = _ways_out(problem, corridors)
+            ways_out = ways_out_of(problem, corridors)
             if isinstance(ways_out, Failures):
                 return (), failures + told + ways_out
             feasible, against = _tried(problem, search, candidates, ways_out, rng)
@@ -90,15 +89,38 @@ def _tells(problem: PickProblem, search: Search | RegionSearch) -> bool:
     return problem.settings.approach is GraspApproach.REGION or not isinstance(search, RegionSearch)
 
 
-def _candidates(
-    problem: PickProblem, search: Search | RegionSearch, corridors: CorridorSet,
-    exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator,
+def searches_of(problem: PickProblem) -> tuple[tuple[Search | RegionSearch, CorridorSet], ...]:
+    """Return the searches for grasps of a pick, in their order.
+
+    Args:
+        problem: The pick.
+
+    Returns:
+        Of each, how candidates are found, and the ways out that they choose from.
+    """
+    return _RECORDED if problem.context.recorded is not None else SEARCHES[problem.settings.approach]
+
+
+def candidates_of(
+    problem: PickProblem, search: Search | RegionSearch, corridors: CorridorSet, rng: np.random.Generator,
+    exclude: Sequence[Grasp | GraspKind] = (),
 ) -> CandidateSet | Failures:  # fmt: skip
-    """Return the candidates of a search but those to exclude; or the reasons against picking the target."""
+    """Find the candidates of a search: recorded ones if the context has any.
+
+    Args:
+        problem: The pick.
+        search: How candidates are found.
+        corridors: Ways out that they choose from.
+        rng: Source of random candidates.
+        exclude: Grasps that failed before, or kinds of them.
+
+    Returns:
+        The candidates but those to exclude; or the reasons against picking the target.
+    """
     if (recorded := problem.context.recorded) is not None:
         found = recorded_candidates(problem, recorded)
     elif isinstance(search, RegionSearch):
-        ways_out = _ways_out(problem, corridors)
+        ways_out = ways_out_of(problem, corridors)
         if isinstance(ways_out, Failures):
             return ways_out
         found = region_candidates(problem, search, ways_out, rng, explains=_tells(problem, search))
@@ -108,8 +130,16 @@ def _candidates(
     return found.select([~_is_like_any(batch, exclude) for batch in found.batches]) if exclude else found
 
 
-def _ways_out(problem: PickProblem, corridors: CorridorSet) -> tuple[Array, ...] | Failures:
-    """Return the ways out for the target as a free flyer, or the reasons against picking it at all."""
+def ways_out_of(problem: PickProblem, corridors: CorridorSet) -> tuple[Array, ...] | Failures:
+    """Find the ways out for the target as a free flyer.
+
+    Args:
+        problem: The pick.
+        corridors: Set of ways to choose from.
+
+    Returns:
+        Displacements (K, 4, 4) of each way; or the reasons against picking the target at all.
+    """
     if problem.shift is not None:  # already checked
         return (shift_transforms(problem),)
     if (against := check_target(problem)).reasons:
@@ -139,7 +169,7 @@ def _tried(
         if isinstance(tool, Failures):
             failures += tool
             continue
-        result = plan_grasp_motion(problem, tool, speed, rng)
+        result = plan_grasp_motion(problem, tool, speed, arm_seeds(problem, rng))
         if problem.shift is not None and not isinstance(result, Failures):
             end = plan_end_of_shift(problem, result)
             result = end if isinstance(end, Failures) else result

@@ -13,7 +13,7 @@ from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
-from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.grasp_motion import arm_seeds, plan_grasp_motion
 from pickcli.planning.stages.picks_back import picks_back
 from pickcli.planning.stages.tool_clearance import tool_lines
 from pickcli.seeds import derived_rng
@@ -65,7 +65,7 @@ def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> G
     lines = tool_lines(back, grasp, ways_out)
     if isinstance(lines, Failures):
         return lines
-    return plan_grasp_motion(back, lines, back.context.cell.robot.tool.contact_speed, rng)
+    return plan_grasp_motion(back, lines, back.context.cell.robot.tool.contact_speed, arm_seeds(back, rng))
 
 
 def _leant_on(back: PickProblem) -> frozenset[str]:

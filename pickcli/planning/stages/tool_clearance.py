@@ -63,6 +63,35 @@ def with_tool_clearance(
     return candidates.select(are_clear).grasps, Failures((why_not,))
 
 
+def with_room_beside(
+    problem: PickProblem, grasps: Sequence[Grasp], by: Array
+) -> tuple[tuple[Grasp, ...], Failures]:
+    """Find the grasps whose approach keeps clear of the target to its end although the target is displaced.
+
+    That is necessary for a motion on a belt that may be off its plan, whose proof asks it all along.
+
+    Args:
+        problem: The pick.
+        grasps: Grasps of the target.
+        by: (3,) m in the world, by which the target may be displaced, or against it.
+
+    Returns:
+        The grasps with room, and why the others have none.
+    """
+    roomy, failures = list[Grasp](), Failures()
+    for grasp in grasps:
+        tool = _approaching(problem, grasp.tool_state)
+        contact = problem.target.T_world_item @ grasp.T_item_tip
+        T = np.repeat(_touch(problem, grasp.face, grasp.T_item_tip[None], contact[None]), 2, axis=0)
+        T[:, :3, 3] += np.stack([by, -by])
+        are_clear = tool.are_valid_at(T)
+        if are_clear.all():
+            roomy.append(grasp)
+        else:
+            failures += _blocked(problem, tool, T[~are_clear][:1], f"{grasp}, with the belt off the plan")
+    return tuple(roomy), failures
+
+
 def room_for_tool(
     problem: PickProblem, face: str, tool_state: ToolState, ways_out: Sequence[Array]
 ) -> Callable[[Array], NDArray[np.bool_]]:

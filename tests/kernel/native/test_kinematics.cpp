@@ -7,6 +7,7 @@
 
 #include "kinematics/inverse_dynamics.hpp"
 #include "kinematics/line_following.hpp"
+#include "kinematics/resolved_rate.hpp"
 #include "random_cases.hpp"
 
 using namespace apc;
@@ -103,4 +104,24 @@ TEST_CASE("what is no chain is refused") {
   CHECK_THROWS(Chain({{JointKind::revolute, {}, {0.0, 0.0, 0.0}, 0}}));
   CHECK_THROWS(Chain({{JointKind::revolute, {}, {0.0, 0.0, 1.0}, 1}}));
   CHECK_THROWS(Chain({{JointKind::fixed, {}, {0.0, 0.0, 1.0}, 0}}));
+}
+
+TEST_CASE("a tip that is to stay lets the arm stay") {
+  test::Random random(53);
+  for (int i = 0; i < 20; ++i) {
+    const Robot robot = random.robot();
+    const Chain& chain = robot.chain();
+    const std::size_t n = static_cast<std::size_t>(chain.n());
+    if (n < 7) continue;
+    const std::vector<double> q = random.configuration(chain.n()), velocity(n, 2.0), own(3 * n, 0.0);
+    std::vector<Pose> frames(static_cast<std::size_t>(chain.n_frames()));
+    chain.fk(q.data(), frames.data());
+    const std::vector<double> lower(n, -100.0), upper(n, 100.0), still(18, 0.0);
+    ResolvedRate arm(chain, Pose{}, velocity.data());
+    const WantedMotion wanted{{0.0, 0.1, 0.2}, {3, frames.back()}, own.data(), still.data(), own.data(), still.data()};
+    const TrackedPath path = track(arm, velocity.data(), wanted, 1, q.data(), {lower.data(), upper.data(), 3.0});
+    if (path.end != TrackEnd::done) continue;  // singular
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::size_t j = 0; j < n; ++j) CHECK_LE(std::abs(path.Q[row * n + j] - q[j]), 1e-9);
+  }
 }

@@ -7,6 +7,7 @@
 #include "bindings/arrays.hpp"
 #include "kinematics/inverse_dynamics.hpp"
 #include "kinematics/line_following.hpp"
+#include "kinematics/resolved_rate.hpp"
 
 namespace apc {
 namespace {
@@ -224,6 +225,58 @@ nb::tuple follow_targets(const Chain& chain, nb::handle targets_in, nb::handle t
                         nb::make_tuple(path.off.position, path.off.angle));
 }
 
+void check_velocities(const Doubles& velocity) {
+  for (std::size_t j = 0; j < velocity.size(); ++j)
+    if (!(velocity[j] > 0.0)) throw nb::value_error(("velocity[" + std::to_string(j) + "] is not positive").c_str());
+}
+
+nb::object resolved_rates(const Chain& chain, nb::handle Q_in, nb::handle own_in, nb::handle twists_in,
+                          nb::handle tip_in, nb::handle velocity_in) {
+  const Doubles Q(Q_in, "Q", {kAny, chain.n()});
+  const Py_ssize_t rows = Q.rows();
+  const Doubles own(own_in, "own", {rows, chain.n()}), twists(twists_in, "twists", {rows, 6});
+  const Doubles tip(tip_in, "T_last_tip", {4, 4}), velocity(velocity_in, "velocity", {chain.n()});
+  check_velocities(velocity);
+  ResolvedRate arm(chain, to_pose(tip.data(), "T_last_tip"), velocity.data());
+  const std::size_t N = static_cast<std::size_t>(rows), n = static_cast<std::size_t>(chain.n());
+  std::vector<double> out(N * n);
+  {
+    nb::gil_scoped_release unlocked;
+    for (std::size_t i = 0; i < N; ++i)
+      arm.rate(Q.data() + i * n, own.data() + i * n, twists.data() + 6 * i, &out[i * n]);
+  }
+  return to_numpy(std::move(out), {N, n});
+}
+
+nb::tuple track_tip(const Chain& chain, nb::handle times_in, nb::handle own_in, nb::handle poses_in,
+                    nb::handle twists_in, nb::handle own_between_in, nb::handle twists_between_in, int met,
+                    nb::handle q_in, nb::handle tip_in, nb::handle lower_in, nb::handle upper_in,
+                    nb::handle velocity_in, double fastest) {
+  const Doubles times(times_in, "times", {kAny});
+  const Py_ssize_t N = times.rows(), n = chain.n();
+  if (N < 2) throw nb::value_error("times: a motion has two ends");
+  for (Py_ssize_t k = 1; k < N; ++k)
+    if (!(times[k] > times[k - 1])) throw nb::value_error("times: not increasing");
+  if (met < 0 || met >= N) throw nb::value_error("met: no index of the times");
+  if (!(fastest > 0.0)) throw nb::value_error("fastest: not positive");
+  const Doubles own(own_in, "own", {N, n}), poses(poses_in, "T_world_tips", {N, 4, 4});
+  const Doubles twists(twists_in, "twists", {N, 6}), own_between(own_between_in, "own_between", {N - 1, n});
+  const Doubles twists_between(twists_between_in, "twists_between", {N - 1, 6}), q(q_in, "q_met", {n});
+  const Doubles tip(tip_in, "T_last_tip", {4, 4}), lower(lower_in, "lower", {n}), upper(upper_in, "upper", {n});
+  const Doubles velocity(velocity_in, "velocity", {n});
+  check_velocities(velocity);
+  ResolvedRate arm(chain, to_pose(tip.data(), "T_last_tip"), velocity.data());
+  const WantedMotion wanted{{times.data(), times.data() + N}, to_poses(poses, "T_world_tips"), own.data(),
+                            twists.data(), own_between.data(), twists_between.data()};
+  TrackedPath path;
+  {
+    nb::gil_scoped_release unlocked;
+    path = track(arm, velocity.data(), wanted, met, q.data(), {lower.data(), upper.data(), fastest});
+  }
+  const std::size_t rows = static_cast<std::size_t>(N), columns = static_cast<std::size_t>(n);
+  return nb::make_tuple(to_numpy(std::move(path.Q), {rows, columns}), path.end, path.at, path.joint);
+}
+
 }  // namespace
 
 void bind_chain(nb::module_& m) {
@@ -238,6 +291,10 @@ void bind_chain(nb::module_& m) {
       .value("LIMIT", FollowEnd::limit,
              "None was found for the next one, with a joint pressed against a limit.")
       .value("OFF_LINE", FollowEnd::off_line, "The tip would leave the line on the way to the next one.");
+  nb::enum_<TrackEnd>(m, "TrackEnd", nb::is_arithmetic(), "Why tracking a motion of the tip ended.")
+      .value("DONE", TrackEnd::done, "All of it was tracked.")
+      .value("SINGULAR", TrackEnd::singular, "A joint would be many times too fast.")
+      .value("LIMIT", TrackEnd::limit, "A joint would be beyond a limit.");
   m.def("line_deviation", &deviation_of, "T_world_tips"_a,
         nb::sig("def line_deviation(T_world_tips: " APC_F64 ") -> tuple[float, float]"),
         R"(How far poses leave the straight line from the first to the last, at most.
@@ -320,6 +377,48 @@ Args:
 Returns:
     Poses (N, 4, 4) of the tip in the world, and motions (N, 4, 3), whose rows are velocity, angular velocity,
     acceleration and angular acceleration, in m and rad per the derivatives' unit.)")
+      .def("resolved_rates", &resolved_rates, "Q"_a, "own"_a, "twists"_a, "T_last_tip"_a, "velocity"_a,
+           nb::sig("def resolved_rates(self, Q: " APC_F64 ", own: " APC_F64 ", twists: " APC_F64
+                   ", T_last_tip: " APC_F64 ", velocity: " APC_F64 ") -> " APC_F64),
+           R"(Joint velocities that move the tip as wanted, those of least norm besides given ones (Whitney 1969).
+
+Args:
+    Q: (N, n) configurations in rad or m.
+    own: (N, n) velocities that the joints have anyway, per s.
+    twists: (N, 6) wanted of the tip along the axes of the world: m/s, then rad/s.
+    T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+    velocity: (n,) > 0, limits by which the velocities of the joints are measured.
+
+Returns:
+    (N, n) per s. In a singular configuration they give another twist, or are not finite.)")
+      .def("track_tip", &track_tip, "times"_a, "own"_a, "T_world_tips"_a, "twists"_a, "own_between"_a,
+           "twists_between"_a, "met"_a, "q_met"_a, "T_last_tip"_a, "lower"_a, "upper"_a, "velocity"_a, "fastest"_a,
+           nb::sig("def track_tip(self, times: " APC_F64 ", own: " APC_F64 ", T_world_tips: " APC_F64
+                   ", twists: " APC_F64 ", own_between: " APC_F64 ", twists_between: " APC_F64
+                   ", met: int, q_met: " APC_F64 ", T_last_tip: " APC_F64 ", lower: " APC_F64 ", upper: " APC_F64
+                   ", velocity: " APC_F64 ", fastest: float) -> tuple[" APC_F64 ", TrackEnd, int, int]"),
+           R"(Configurations along a motion of the tip, by integration of ``resolved_rates`` from one of them.
+
+Each step, by Runge and Kutta of the fourth order, is followed by one of least norm onto the pose.
+
+Args:
+    times: (N,) s, increasing, N at least 2.
+    own: (N, n) velocities that the joints have anyway, per s.
+    T_world_tips: (N, 4, 4) m, wanted poses of the tip.
+    twists: (N, 6) wanted of the tip along the axes of the world: m/s, then rad/s.
+    own_between: (N-1, n) the same half-way between the times.
+    twists_between: (N-1, 6) the same half-way between the times.
+    met: Index of the time at which the configuration is known.
+    q_met: (n,) rad or m, that configuration.
+    T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+    lower: (n,) rad or m.
+    upper: (n,) rad or m.
+    velocity: (n,) > 0, limits by which the velocities of the joints are measured.
+    fastest: Times these limits, from which on the arm counts as singular.
+
+Returns:
+    (N, n) configurations, not all of them known unless it was done; why it ended; if it was not done, the
+    index of the time that was not reached, and the joint that is farthest beyond its limit there.)")
       .def("inverse_dynamics", &inverse_dynamics, "Q"_a, "dQ"_a, "ddQ"_a, "masses"_a, "centres"_a, "inertias"_a,
            "gravity"_a,
            nb::sig("def inverse_dynamics(self, Q: " APC_F64 ", dQ: " APC_F64 ", ddQ: " APC_F64 ", masses: " APC_F64
