@@ -127,11 +127,26 @@ class CarrierPose:
 
     Attributes:
         T_world_carrier: (4, 4) pose.
-        error: Bounds of the error of the pose.
+        error: Bounds of the error of the pose, in the carrier's frame; of the tote in that of its place.
     """
 
     T_world_carrier: Array
     error: Displacement = UNMOVED
+
+
+def tote_pose(cell: Cell, T_world_tote: Array, error: Displacement = UNMOVED) -> CarrierPose:
+    """Return the pose of the tote as a carrier, whose nominal frame is the world's.
+
+    Args:
+        cell: A cell with a tote.
+        T_world_tote: (4, 4) pose of the middle of its inner floor.
+        error: Bounds of the error of that pose, in its own frame.
+
+    Returns:
+        The pose for ``Scene.carriers``.
+    """
+    place = cell.places[TOTE]
+    return CarrierPose(np.asarray(T_world_tote @ inverse(place.T_carrier_place)), error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +196,7 @@ class Scene:
         pod_error: Bounds of the error of ``T_world_pod``.
         held: The attached item, or None.
         cloud: Further obstacles seen by a sensor, or None.
-        carriers: Poses of user-defined carriers that differ from their nominal poses, by name.
+        carriers: Poses of the tote and of user-defined carriers that differ from their nominal poses, by name.
         unknown: Space of places of which nothing is known, which is an obstacle.
     """
 
@@ -199,11 +214,7 @@ class Scene:
     @cached_property
     def posed_carriers(self) -> tuple[PosedCarrier, ...]:
         """Pod, tote, user-defined carriers, obstacles and unknown space, at their current poses."""
-        found = [
-            PosedCarrier(name, at.T_world_carrier, carrier.bodies, at.error)
-            for name, carrier in self.cell.carriers.items()
-            for at in (self.pose_of(carrier),)
-        ]
+        found = [_posed(carrier, self.pose_of(carrier)) for carrier in self.cell.carriers.values()]
         found.append(PosedCarrier(OBSTACLE, np.eye(4), self.cell.obstacles.bodies))
         boxes = tuple(body for space in self.unknown for body in space.bodies)
         return (*found, PosedCarrier(UNKNOWN, np.eye(4), boxes)) if boxes else tuple(found)
@@ -390,6 +401,19 @@ def empty_scene(cell: Cell, pod_poses: PodPoses = PodPoses.NOMINAL) -> Scene:
     if pod_poses is PodPoses.DISPLACED:
         cell = cell.swept()
     return Scene(cell, cell.T_world_pod, (), PoseNoise())
+
+
+def _posed(carrier: Carrier, at: CarrierPose) -> PosedCarrier:
+    """Return a carrier at its pose. If the tote's is uncertain, it turns about the middle of its floor."""
+    if carrier.name != TOTE or at.error == UNMOVED:
+        return PosedCarrier(carrier.name, at.T_world_carrier, carrier.bodies, at.error)
+    T_carrier_tote = carrier.places[TOTE].T_carrier_place
+    T_tote_carrier = inverse(T_carrier_tote)
+    bodies = tuple(
+        replace(body, T_parent_shape=np.asarray(T_tote_carrier @ body.T_parent_shape))
+        for body in carrier.bodies
+    )
+    return PosedCarrier(TOTE, np.asarray(at.T_world_carrier @ T_carrier_tote), bodies, at.error)
 
 
 @lru_cache(maxsize=64)
