@@ -10,8 +10,8 @@ import numpy as np
 from pickcli.calibration.tote_fit import (
     TILTED,
     UPRIGHT,
-    TouchedPoint,
     ToteEstimate,
+    TouchedPoint,
     fit_tote,
     refuse_misfit,
 )
@@ -23,7 +23,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement, displaced
 from pickcli.cell.station import TOTE
 from pickcli.errors import InputError
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse, to_rpy
 from pickcli.motion.plan import Plan
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
@@ -87,6 +87,23 @@ class LocatedTote:
     collisions: tuple[Collision, ...]
 
 
+def tote_offset(T_from: Array, T_to: Array, names: tuple[str, ...] = UPRIGHT) -> dict[str, float]:
+    """Return by how much a pose of the tote is off another one, in the frame of that.
+
+    Args:
+        T_from: (4, 4) e.g. where it was located.
+        T_to: (4, 4) e.g. where it truly stands.
+        names: Of x, y, z, yaw, roll and pitch.
+
+    Returns:
+        m and rad by name.
+    """
+    T = inverse(T_from) @ T_to
+    roll, pitch, yaw = to_rpy(T[:3, :3])
+    offsets = dict(zip(TILTED, [*T[:3, 3], yaw, roll, pitch], strict=True))
+    return {name: float(offsets[name]) for name in names}
+
+
 def shifted_tote(cell: Cell, shift: Displacement) -> Array:
     """Return the pose of a displaced tote.
 
@@ -108,6 +125,20 @@ def shifted_tote(cell: Cell, shift: Displacement) -> Array:
             f"{np.degrees(TOLERANCE.yaw):g} degrees either way"
         )
     return displaced(T, shift.x, shift.y, shift.yaw)
+
+
+def random_tote_shift(seed: int) -> Displacement:
+    """Draw a displacement of the tote, uniform within ``TOLERANCE``.
+
+    Args:
+        seed: The seed.
+
+    Returns:
+        The displacement.
+    """
+    most = [TOLERANCE.x, TOLERANCE.y, TOLERANCE.yaw]
+    x, y, yaw = (float(v) for v in derived_rng("tote shift", seed).uniform(-1.0, 1.0, 3) * most)
+    return Displacement(x, y, yaw)
 
 
 def locate_tote(
@@ -138,7 +169,9 @@ def locate_tote(
     cell, shape = context.cell, tote_shape(context.cell)
     grip = cell.robot.tool.grip
     if grip.gives_way == 0.0:
-        raise InputError(f"cell {cell.name}: its tool has no suction cup, by the lip of which the tote is felt")
+        raise InputError(
+            f"cell {cell.name}: its tool has no suction cup, by the lip of which the tote is felt"
+        )
     aims = touch_points(shape, settings.n_touches, grip.tip_radius)
     reading = TouchReading(context.arm, grip.stiffness, world.time_step, settings.encoders)
     belief = ToteBelief(shape.T_world_tote, TOLERANCE, HEIGHT)

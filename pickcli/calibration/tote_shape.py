@@ -1,4 +1,4 @@
-"""The faces of a tote that the lip of a cup can be put on: the insides of its walls, and the top of its rim."""
+"""The faces of a tote that the lip of a cup can be put on: insides of walls, and the top of the rim."""
 
 from __future__ import annotations
 
@@ -88,7 +88,8 @@ def tote_shape(cell: Cell) -> ToteShape:
         low, high = place.room.low, place.room.high
         along = np.array([abs(out[1]), abs(out[0]), 0.0])
         half_length = float(along @ (high - low)) / 2
-        middle = np.where(out > 0.0, high, np.where(out < 0.0, low, 0.0)) + [0.0, 0.0, high[2]]
+        middle = np.where(out > 0.0, high, np.where(out < 0.0, low, 0.0))
+        middle[2] = high[2]
         height = float(high[2] - low[2])
         walls[side] = ToteFace(f"wall {side}", -out, middle, along, half_length, height, names)
         rim, width = _rim(T_world_tote, wall, flange, out)
@@ -117,5 +118,3 @@ def _extent(T_world_tote: Array, body: Body) -> tuple[Array, Array]:
     T = inverse(T_world_tote) @ body.T_parent_shape
     half = body.shape.reach(T[:3, :3])
     return T[:3, 3] - half, T[:3, 3] + half
-
-

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.calibration.touch_points import TouchPoint
 from pickcli.calibration.tote_fit import TouchedPoint
+from pickcli.calibration.touch_points import TouchPoint
 from pickcli.cell.robot import JointType
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array

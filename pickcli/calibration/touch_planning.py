@@ -33,8 +33,8 @@ from pickcli.seeds import derived_rng
 from pickcli.verification.verify import certify, verify
 
 SPEED = 0.02  # m/s on a level line
-# m/s on a line downwards. There only the strong joints measure the force, with ten times the noise: slower, more
-# readings make up for that.
+# m/s on a line downwards. There only the strong joints measure the force, with ten times the noise: when it is
+# slower, more readings make up for that.
 DOWN_SPEED = 0.006
 STEEP = 0.7  # of the axis downwards, from which on a line is one
 BEFORE = 0.012  # m of the line before anything can be met: it is where the force is zeroed
@@ -207,7 +207,9 @@ def _first_contact(believed: Scene, belief: ToteBelief, aim: TouchPoint, p: Arra
     for body in tote.grown:
         if body.name in aim.face.bodies:
             T = tote.T_world_carrier @ body.T_parent_shape
-            ways.append(float((p - T[:3, 3]) @ axis) + float(body.shape.extents / 2 @ np.abs(T[:3, :3].T @ axis)))
+            ways.append(
+                float((p - T[:3, 3]) @ axis) + float(body.shape.extents / 2 @ np.abs(T[:3, :3].T @ axis))
+            )
     return max(ways) + abs(float(axis[2])) * belief.height
 
 

@@ -20,21 +20,23 @@ if TYPE_CHECKING:
 
 
 @click.command("believe", cls=Command)
-@click.argument("paths", metavar="PERCEIVED...", type=PATH, nargs=-1, required=True)
+@click.argument("paths", metavar="[PERCEIVED]...", type=PATH, nargs=-1)
 @cell_option
 @items_option
 @click.option("--empty", "empty", metavar="PLACE", multiple=True,
               help="Place that is known to hold nothing; may be repeated.")  # fmt: skip
+@click.option("--tote", "tote_path", type=PATH, metavar="FILE",
+              help="Where the tote stands (see apc locate-tote).  [default: as the cell says]")  # fmt: skip
 @output_option("scene")
 @json_option
 def command(
-    paths: tuple[Path, ...], cell_name: str, items_path: Path | None, empty: tuple[str, ...], output: Path,
-    overwrite: bool, as_json: bool,
+    paths: tuple[Path, ...], cell_name: str, items_path: Path | None, empty: tuple[str, ...],
+    tote_path: Path | None, output: Path, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Make the scene that a planner believes in from what was perceived.
 
-    PERCEIVED are files of apc perceive and apc locate-pod, in order of time. Answers become items, each with
-    the bounds of its own error. Items that were refused are left out; what was seen of them, and all space
+    PERCEIVED are files of apc perceive and apc locate-pod, in order of time; none are needed with --tote.
+    Answers become items, each with the bounds of its own error. Items that were refused are left out; what was seen of them, and all space
     that nobody has seen, is unknown: an obstacle. A place that no file is about is unknown as a whole, unless
     it is said to be empty. The pod is where it was last located, else where the last look into a bin has it.
 
@@ -42,19 +44,24 @@ def command(
     Example:
       apc believe perceived.json --empty tote -o believed.json
       apc believe pod.json perceived.json --empty tote -o believed.json
+      apc believe perceived.json --tote tote.json --empty tote -o believed.json
     """
+    from pickcli.calibration.tote_file import read_tote
     from pickcli.cell.cell_file import load_workcell
     from pickcli.perception.believed_scene import believed_scene
     from pickcli.perception.items.perceived_file import read_perceived
     from pickcli.scene.scene_file import write_scene
 
-    refuse_output(output, overwrite, *paths, cell_name, items_path)
+    if not paths and tote_path is None:
+        raise click.UsageError("nothing to believe: name files of what was perceived, or --tote")
+    refuse_output(output, overwrite, *paths, tote_path, cell_name, items_path)
     refuse_suffix(output, (".json",), "a scene")
     cell = load_workcell(cell_name, items_path).preferred  # a scene is of all arms
     cell.require_places()
     with stage("reading of what was perceived"):
         looks = [read_perceived(path, cell) for path in paths]
-    scene = believed_scene(cell, looks, empty)
+    tote = None if tote_path is None else read_tote(tote_path, cell).carrier_pose(cell)
+    scene = believed_scene(cell, looks, empty, tote)
     write_scene(scene, output, overwrite)
     listed = {item.id for look in looks for place in look.places for item in place.items}
     left_out = sorted(listed - {placed.id for placed in scene.items})

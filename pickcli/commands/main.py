@@ -42,6 +42,7 @@ COMMANDS: dict[str, str] = {
     "try-grasp": "Grasp an object with a hand with belts in simulation, and show how each stage went.",
     "render": "Render what a camera of the cell sees of a scene.",
     "locate-pod": "Estimate where the pod stands from one depth picture, with bounds of the error.",
+    "locate-tote": "Locate the tote by touching its walls and its rim with the cup, in simulation.",
     "perceive": "Find the listed items of bins in pictures of a camera.",
     "believe": "Make the scene that a planner believes in from what was perceived.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",

@@ -46,6 +46,7 @@ CELL = FileKind("a cell", "the folder of a cell.yaml, or a name under data/cells
 ITEMS = FileKind("a file of items", "those of both years are under data/items")
 SENSOR = FileKind("a sensor", "those of data/sensors are examples")
 PERCEIVED = FileKind("a file of perceived items", "apc perceive writes one")
+TOTE = FileKind("a located tote", "apc locate-tote writes one")
 RECORDING = FileKind("a recording", "apc render --recording writes one")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
@@ -75,6 +76,7 @@ KINDS = (
     ITEMS,
     SENSOR,
     PERCEIVED,
+    TOTE,
     RECORDING,
     REALITY,
     STRATEGY,
@@ -102,6 +104,7 @@ _BY_FORMAT = {
     b"items": ITEMS,
     b"sensor": SENSOR,
     b"perceived": PERCEIVED,
+    b"tote": TOTE,
     b"recording": RECORDING,
     b"reality": REALITY,
     b"strategy": STRATEGY,

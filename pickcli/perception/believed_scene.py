@@ -17,13 +17,15 @@ from pickcli.geometry import Array, inverse
 from pickcli.perception.items.item_observation import PlaceObservation
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.unknown_voxels import whole_room
-from pickcli.scene.scene import CarrierPose, PlacedItem, PoseNoise, Scene, empty_scene
+from pickcli.scene.scene import TOTE, CarrierPose, PlacedItem, PoseNoise, Scene, empty_scene
 from pickcli.scene.unknown_space import UnknownSpace
 
 _STEP = 0.002  # m that a floor or a ceiling may slope along a box
 
 
-def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str] = ()) -> Scene:
+def believed_scene(
+    cell: Cell, looks: Sequence[Perceived], empty: Collection[str] = (), tote: CarrierPose | None = None
+) -> Scene:
     """Combine what looks say of places into a scene.
 
     Answers become items with bounds of their own; answers that were refused, or that have no bounds, are left
@@ -34,6 +36,7 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
         cell: The cell.
         looks: What was perceived, in order of time; of a place the last look counts.
         empty: Names of places that are known to hold nothing.
+        tote: Where the tote was located; None for its place in the cell, or where looks into it have it.
 
     Returns:
         The scene. Carriers are where the last look into one of their places says, but the pod where the last
@@ -41,11 +44,15 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
 
     Raises:
         InputError: A look is of another cell or camera, a place is said to be empty that was looked into, two
-            places have an item of the same id, or bins were looked into with the pod elsewhere than where it
+            places have an item of the same id, the tote was looked into and is located
+            otherwise, or bins were looked into with the pod elsewhere than where it
             was located.
         UnknownNameError: A place is not one of the cell's.
     """
     scene = empty_scene(cell)
+    if tote is not None:
+        _refuse_looks_into_tote(looks)
+        scene = replace(scene, carriers={TOTE: tote})
     latest: dict[str, tuple[PlaceObservation, Perceived]] = {}
     for look in looks:
         if look.cell != cell.name:
@@ -83,6 +90,14 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
         cell, scene.T_world_pod, tuple(items.values()), PoseNoise(), pod_error=scene.pod_error,
         carriers=scene.carriers, unknown=tuple(space for space in unknown if not space.is_empty),
     )  # fmt: skip
+
+
+def _refuse_looks_into_tote(looks: Sequence[Perceived]) -> None:
+    """Refuse looks into a tote that was located otherwise: its items were seen relative to another place."""
+    if any(seen.place == TOTE for look in looks for seen in look.places):
+        raise InputError(
+            "the tote was looked into where the cell has it, but located elsewhere; leave out one of both"
+        )
 
 
 def _carried(scene: Scene, seen: PlaceObservation) -> Scene:

@@ -196,7 +196,7 @@ class Scene:
         pod_error: Bounds of the error of ``T_world_pod``.
         held: The attached item, or None.
         cloud: Further obstacles seen by a sensor, or None.
-        carriers: Poses of the tote and of user-defined carriers that differ from their nominal poses, by name.
+        carriers: Poses of tote and user-defined carriers that differ from their nominal poses, by name.
         unknown: Space of places of which nothing is known, which is an obstacle.
     """
 

@@ -11,6 +11,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import OWN_ITEMS, item_suggestion
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.station import TOTE
 from pickcli.files.schema import Vector
 from pickcli.files.source import Key, Source
 from pickcli.geometry import Array, inverse, pose
@@ -145,7 +146,7 @@ def check_carriers(source: Source, model: SceneModel, cell: Cell) -> None:
         model: The scene as it stands in the file.
         cell: Its cell.
     """
-    own = [carrier.name for carrier in cell.own_carriers]
+    own = [carrier.name for carrier in cell.own_carriers] + [TOTE] * (cell.tote is not None)
     for name in model.places:
         if name not in own:
             hint = suggestion(name, own) if own else "the cell states no places"
@@ -197,7 +198,7 @@ def check_upright(source: Source, scene: Scene) -> None:
         source: Collects the mistakes with their places in the file.
         scene: The scene.
     """
-    nominal = {carrier.name: carrier.T_world_carrier for carrier in scene.cell.own_carriers}
+    nominal = {name: carrier.T_world_carrier for name, carrier in scene.cell.carriers.items()}
     actual: dict[Key, tuple[Array, Array]] = {
         ("T_world_pod",): (scene.cell.T_world_pod, scene.T_world_pod),
         **{("places", name): (nominal[name], at.T_world_carrier) for name, at in scene.carriers.items()},

@@ -32,7 +32,7 @@ from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
 from pickcli.name_suggestion import suggestion
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.cloud_file import read_points
-from pickcli.scene.scene import CarrierPose, HeldItem, PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene import TOTE, CarrierPose, HeldItem, PlacedItem, PoseNoise, Scene, tote_pose
 from pickcli.scene.scene_checks import (
     check_carriers,
     check_floating,
@@ -112,7 +112,7 @@ def read_scene(
         seed=model.seed,
         pod_error=_error(model.pod_error),
         carriers={
-            name: CarrierPose(pose_of_model(source, ("places", name), at), _error(at.error))
+            name: _carrier_pose(cell, name, pose_of_model(source, ("places", name), at), _error(at.error))
             for name, at in model.places.items()
         },
         held=_held(source, model.held, cell),
@@ -408,10 +408,22 @@ def _carriers_values(scene: Scene) -> dict[str, Any]:
         }
     if scene.carriers:
         values["places"] = {
-            name: {**pose_values(at.T_world_carrier), "error": dataclasses.asdict(at.error)}
+            name: {**pose_values(_stated_pose(scene, name, at)), "error": dataclasses.asdict(at.error)}
             for name, at in scene.carriers.items()
         }
     return values
+
+
+def _carrier_pose(cell: Cell, name: str, T: Array, error: Displacement) -> CarrierPose:
+    """Pose of a carrier that a file states by T (4, 4); that of the tote is of the middle of its floor."""
+    return tote_pose(cell, T, error) if name == TOTE else CarrierPose(T, error)
+
+
+def _stated_pose(scene: Scene, name: str, at: CarrierPose) -> Array:
+    """Pose (4, 4) by which a file states that of a carrier; the inverse of ``_carrier_pose``."""
+    if name != TOTE:
+        return at.T_world_carrier
+    return np.asarray(at.T_world_carrier @ scene.cell.places[TOTE].T_carrier_place)
 
 
 def held_values(held: HeldItem) -> dict[str, Any]:

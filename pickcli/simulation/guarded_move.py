@@ -1,8 +1,8 @@
 """Guarded moves: slowly along a line until the tip of the tool feels a surface, and back again.
 
-The guarded move of Will and Grossman (IEEE Transactions on Computers, 1975), by which a robot measures with its
-own tool. As in ``contact_guard`` the force is felt by the motor torques; it is zeroed on the first stretch of
-the line, where nothing can be met yet.
+The guarded move of Will and Grossman (IEEE Transactions on Computers, 1975), by which a robot measures with
+its own tool. As in ``contact_guard`` the force is felt by the motor torques; it is zeroed on the first stretch
+of the line, where nothing can be met yet.
 """
 
 from __future__ import annotations
@@ -93,9 +93,7 @@ def guarded_move(
 class _GuardedRun(PlanRun[World]):
     """Run of a line that ends at a force."""
 
-    def __init__(
-        self, plan: Plan, world: World, may_touch: frozenset[str], sensing: TouchSensing
-    ) -> None:
+    def __init__(self, plan: Plan, world: World, may_touch: frozenset[str], sensing: TouchSensing) -> None:
         super().__init__(plan, world)
         self.world, self.sensing = world, sensing
         self.allowed = PlannedContacts(touching=may_touch, met=may_touch)

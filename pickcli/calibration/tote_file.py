@@ -1,0 +1,117 @@
+"""Reads and writes where a tote was located, as JSON. See docs/formats/tote.md."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pickcli.calibration.tote_location import LocatedTote
+from pickcli.calibration.tote_schema import ToteModel
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import Displacement
+from pickcli.files.atomic_write import write_text
+from pickcli.files.file_kind import TOTE
+from pickcli.files.schema import validate
+from pickcli.files.yaml_reader import read_yaml
+from pickcli.geometry import Array
+from pickcli.scene.scene import CarrierPose, tote_pose
+from pickcli.scene.scene_file import cell_of_file, pose_of_model, pose_values
+
+
+@dataclass(frozen=True, eq=False)
+class StatedTote:
+    """Where a file says that the tote stands.
+
+    Attributes:
+        T_world_tote: (4, 4) pose of the middle of its inner floor.
+        error: Bounds of the error in x, y and yaw, in the tote's frame.
+    """
+
+    T_world_tote: Array
+    error: Displacement
+
+    def carrier_pose(self, cell: Cell) -> CarrierPose:
+        """Return the pose for the carriers of a scene.
+
+        Args:
+            cell: The tote's cell.
+
+        Returns:
+            The pose.
+        """
+        return tote_pose(cell, self.T_world_tote, self.error)
+
+
+def tote_values(located: LocatedTote, cell: Cell, seed: int) -> dict[str, Any]:
+    """Convert to JSON values.
+
+    Args:
+        located: Where the tote was located.
+        cell: The cell.
+        seed: The seed it was made with.
+
+    Returns:
+        The content of a file.
+    """
+    estimate = located.estimate
+    return {
+        "format": "apc tote",
+        "version": 1,
+        "cell": {"name": cell.name, "fingerprint": cell.scene_fingerprint},
+        "pose": pose_values(estimate.T_world_tote),
+        "error": {name: float(v) for name, v in zip(estimate.names, estimate.bounds, strict=True)},
+        "covariance": estimate.covariance.tolist(),
+        "touches": [
+            {
+                "name": each.touched.aim.name,
+                "point": each.touched.point.tolist(),
+                "deviation": each.touched.deviation,
+                "bias": each.touched.bias,
+                "residual": float(residual),
+                "force": each.record.most_force,
+            }
+            for each, residual in zip(located.touches, estimate.residuals, strict=True)
+        ],
+        "duration": located.duration,
+        "seed": seed,
+    }
+
+
+def write_tote(located: LocatedTote, cell: Cell, seed: int, path: Path, replace: bool = True) -> None:
+    """Write a file of a located tote atomically.
+
+    Args:
+        located: Where the tote was located.
+        cell: The cell.
+        seed: The seed it was made with.
+        path: The file.
+        replace: Whether an existing file may be replaced.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    write_text(path, json.dumps(tote_values(located, cell, seed), indent=1) + "\n", replace)
+
+
+def read_tote(path: Path, cell: Cell) -> StatedTote:
+    """Read a file of a located tote.
+
+    Args:
+        path: The file.
+        cell: Its cell.
+
+    Returns:
+        Where the tote stands.
+
+    Raises:
+        InputError: The file has mistakes: with every problem.
+        StaleError: It was made for another cell.
+    """
+    source = read_yaml(path, TOTE, is_json=True)
+    model = validate(source, ToteModel)
+    cell_of_file(source, model.cell, cell, lambda name: cell, "tote")
+    T = pose_of_model(source, ("pose",), model.pose)
+    source.check()
+    return StatedTote(T, Displacement(model.error.x, model.error.y, model.error.yaw))
