@@ -2,12 +2,12 @@
 
     python -m bench.tote_pose [--shifts 12] [--seed 0] [--touches 8] [--tilt] [--draws 20000]
 
-In each run the tote of Delft's cell is displaced by up to 30 mm and 3 degrees on its table and by up to 1.5 mm
-in height, the bellows are up to 10 % stiffer or softer than stated, joints are read with errors of up to 0.1
-mrad and 0.1 mm, motor torques with noise of 2 %, and a contact is known 8 ms after the filter of the torques.
-Everything is played: moves, guarded moves and contacts. Bounds are kept if all that is estimated is within its
-own. A few runs cannot tell how often that is: ``--draws`` draws sets of touches from the errors of all that
-were made, walls and rims each among themselves, fits them, and says in how many all bounds are kept.
+In each run the tote of Delft's cell is displaced by up to 30 mm and 3 degrees on its table and by up to 1.5
+mm in height, the bellows are up to 10 % stiffer or softer than stated, joints are read with errors of up to
+0.1 mrad and 0.1 mm, motor torques with noise of 2 %, and a contact is known 8 ms after the filter of the
+torques. Everything is played: moves, guarded moves and contacts. Bounds are kept if all that is estimated is
+within its own. A few runs cannot tell how often that is: ``--draws`` draws sets of touches from the errors of
+all that were made, walls and rims each among themselves, fits them, and says in how many all bounds are kept.
 """
 
 from __future__ import annotations

@@ -16,12 +16,13 @@ from pickcli.calibration.tote_fit import (
     refuse_misfit,
 )
 from pickcli.calibration.tote_shape import tote_shape
-from pickcli.calibration.touch_measurement import EncoderNoise, TouchReading
+from pickcli.calibration.touch_measurement import STIFFNESS_ERROR, EncoderNoise, TouchReading
 from pickcli.calibration.touch_planning import ToteBelief, plan_touch
 from pickcli.calibration.touch_points import DEFAULT_TOUCHES, N_FIRST, TouchPoint, touch_points
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement, displaced
 from pickcli.cell.station import TOTE
+from pickcli.cell.tools.suction_cup import SuctionCup
 from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse, to_rpy
 from pickcli.motion.plan import Plan
@@ -169,9 +170,7 @@ def locate_tote(
     cell, shape = context.cell, tote_shape(context.cell)
     grip = cell.robot.tool.grip
     if grip.gives_way == 0.0:
-        raise InputError(
-            f"cell {cell.name}: its tool has no suction cup, by the lip of which the tote is felt"
-        )
+        raise InputError(f"cell {cell.name}: its tool has no cup, by the lip of which the tote is felt")
     aims = touch_points(shape, settings.n_touches, grip.tip_radius)
     reading = TouchReading(context.arm, grip.stiffness, world.time_step, settings.encoders)
     belief = ToteBelief(shape.T_world_tote, TOLERANCE, HEIGHT)
@@ -200,6 +199,8 @@ def locate_tote(
 def simulated_tote_world(scene: Scene, T_world_tote: Array, seed: int) -> World:
     """Make the simulated world of a scene with the tote elsewhere, and the arm at home.
 
+    The bellows are stiffer or softer than stated, as rubber is.
+
     Args:
         scene: The scene.
         T_world_tote: (4, 4) where the tote truly stands.
@@ -208,8 +209,13 @@ def simulated_tote_world(scene: Scene, T_world_tote: Array, seed: int) -> World:
     Returns:
         The world; the caller closes it.
     """
-    true = replace(scene, carriers={**scene.carriers, TOTE: tote_pose(scene.cell, T_world_tote)})
-    home = scene.cell.home
+    robot, home = scene.cell.robot, scene.cell.home
+    grip = robot.tool.grip
+    if isinstance(grip, SuctionCup):
+        share = float(derived_rng(seed, "stiffness").uniform(-1.0, 1.0)) * STIFFNESS_ERROR
+        grip = replace(grip, stiffness=grip.stiffness * (1.0 + share))
+    cell = replace(scene.cell, robot=replace(robot, tool=replace(robot.tool, grip=grip)))
+    true = replace(scene, cell=cell, carriers={**scene.carriers, TOTE: tote_pose(cell, T_world_tote)})
     return World(true, home.q, home.tool_state, reality=DEFAULT, seed=seed)
 
 

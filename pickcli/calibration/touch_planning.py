@@ -33,8 +33,8 @@ from pickcli.seeds import derived_rng
 from pickcli.verification.verify import certify, verify
 
 SPEED = 0.02  # m/s on a level line
-# m/s on a line downwards. There only the strong joints measure the force, with ten times the noise: when it is
-# slower, more readings make up for that.
+# m/s on a line downwards. There only the strong joints measure the force, with ten times the noise, which
+# more readings make up for.
 DOWN_SPEED = 0.006
 STEEP = 0.7  # of the axis downwards, from which on a line is one
 BEFORE = 0.012  # m of the line before anything can be met: it is where the force is zeroed

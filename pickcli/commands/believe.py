@@ -36,9 +36,10 @@ def command(
     """Make the scene that a planner believes in from what was perceived.
 
     PERCEIVED are files of apc perceive and apc locate-pod, in order of time; none are needed with --tote.
-    Answers become items, each with the bounds of its own error. Items that were refused are left out; what was seen of them, and all space
-    that nobody has seen, is unknown: an obstacle. A place that no file is about is unknown as a whole, unless
-    it is said to be empty. The pod is where it was last located, else where the last look into a bin has it.
+    Answers become items, each with the bounds of its own error. Items that were refused are left out; what
+    was seen of them, and all space that nobody has seen, is unknown: an obstacle. A place that no file is
+    about is unknown as a whole, unless it is said to be empty. The pod is where it was last located, else
+    where the last look into a bin has it.
 
     \b
     Example:

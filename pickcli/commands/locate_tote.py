@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 @click.command("locate-tote", cls=Command)
 @cell_option
 @click.option("--tote-shift", "shift", metavar="X,Y,YAW|random|none", callback=parse_pod_shift,
-              help="Where the simulated tote truly stands off its place, in mm, mm and degrees, or random; at "
-                   "most 30 mm and 3 degrees.  [default: none]")  # fmt: skip
+              help="How far the simulated tote truly stands off its place, in mm, mm and degrees; or random, "
+                   "at most 30 mm and 3 degrees.  [default: none]")  # fmt: skip
 @click.option("--touches", "n_touches", type=NumberType(6, 10), default=8, show_default=True, metavar="N",
               help="Number of touches, 6 to 10: with six, touches of walls cannot disagree.")  # fmt: skip
 @click.option("--tilt", "with_tilt", is_flag=True,
@@ -41,9 +41,9 @@ def command(
     """Locate the tote by touching its walls and its rim with the cup, in simulation.
 
     The arm moves to each point by a planned and verified motion, then slowly along a line until the lip of
-    the cup feels a force, and back. By its joints at the contacts and the shape of the tote, x, y, z and yaw are estimated
-    by least squares, with bounds of the error. Touches that do not fit are refused. The file is for apc
-    believe.
+    the cup feels a force, and back. By the joints at the contacts and the shape of the tote, x, y, z and yaw
+    are estimated by least squares, with bounds of the error. Touches that do not fit are refused. The file
+    is for apc believe.
 
     \b
     Example:

@@ -1,8 +1,8 @@
 """Guarded moves: slowly along a line until the tip of the tool feels a surface, and back again.
 
 The guarded move of Will and Grossman (IEEE Transactions on Computers, 1975), by which a robot measures with
-its own tool. As in ``contact_guard`` the force is felt by the motor torques; it is zeroed on the first stretch
-of the line, where nothing can be met yet.
+its own tool. As in ``contact_guard`` the force is felt by the motor torques; it is zeroed on the first
+stretch of the line, where nothing can be met yet.
 """
 
 from __future__ import annotations
