@@ -24,17 +24,14 @@ from pickcli.calibration.tote_fit import TouchedPoint, fit_tote
 from pickcli.calibration.tote_location import (
     LocatedTote,
     LocatingSettings,
-    locate_tote,
-    random_tote_shift,
-    shifted_tote,
-    simulated_tote_world,
+    locate_in_simulation,
     tote_offset,
+    tote_pose_in_simulation,
 )
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array, inverse, pose
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.scene.scene import empty_scene
 
 HEIGHT = 1.5e-3  # m, either way, of the true tote
 
@@ -72,24 +69,21 @@ def outside(touched: TouchedPoint, T_world_tote: Array) -> float:
 def play(n: int, seed: int, settings: LocatingSettings) -> list[Run]:
     """Locate the tote at random poses."""
     cell = load_cell("apc2016_delft")
-    context, scene, runs = PlanningContext(cell), empty_scene(cell), []
+    context, runs = PlanningContext(cell), []
     for k in range(seed, seed + n):
         began = process_time()
         height = float(np.random.default_rng([k, 1]).uniform(-HEIGHT, HEIGHT))
-        T_true = shifted_tote(cell, random_tote_shift(k)) @ pose((0.0, 0.0, height))
-        world = simulated_tote_world(scene, T_true, k)
+        T_true = tote_pose_in_simulation(cell, "random", k) @ pose((0.0, 0.0, height))
         try:
-            run = Run(locate_tote(context, scene, world, settings, k), T_true)
+            run = Run(locate_in_simulation(context, T_true, settings, k), T_true)
         except (InputError, NoPlanError) as fault:
             print(f"seed {k}: {fault}", flush=True)
             continue
-        finally:
-            world.close()
         runs.append(run)
         x, y, z, yaw, *_ = run.offsets
         forces = [each.record.most_force for each in run.located.touches]
         print(
-            f"seed {k}: {1e3 * np.hypot(x, y):.3f} mm, {1e3 * z:+.3f} mm in z, {np.degrees(yaw):+.4f} degrees; "
+            f"seed {k}: {1e3 * np.hypot(x, y):.3f} mm, {1e3 * z:+.3f} mm in z, {np.degrees(yaw):+.4f} deg; "
             f"bounds {'kept' if run.is_kept else 'BROKEN'}; {max(forces):.1f} N; "
             f"{len(run.located.collisions)} unplanned contacts; {run.located.duration:.1f} s simulated, "
             f"{process_time() - began:.0f} s of processor", flush=True,

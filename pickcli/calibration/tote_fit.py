@@ -18,6 +18,7 @@ from pickcli.geometry import Array, inverse, pose, rotation_from_vector
 
 FACTOR = 3.5  # standard deviations in a bound, besides what errors that do not vary add
 MISFIT = 4.5  # standard deviations of a residual, besides those, from which on it does not fit
+CLEARLY = 2.0  # times the misfit without one touch, over which that without another one is clearly worse
 STEPS = 8  # of Gauss and Newton; each is right to the square of the one before
 LEAST_INFORMATION = 1e-6  # of the largest singular value, relative: with less a direction is not fixed
 UPRIGHT = ("x", "y", "z", "yaw")
@@ -144,31 +145,53 @@ def refuse_misfit(touched: Sequence[TouchedPoint], T_world_guess: Array, fit: To
     """
     if (np.abs(fit.residuals) <= _allowed(touched)).all():
         return
-    suspects = []
-    for i in range(len(touched)):
-        others = [*touched[:i], *touched[i + 1 :]]
-        try:
-            without = fit_tote(others, T_world_guess, fit.names)
-        except InputError:
-            continue
-        if (np.abs(without.residuals) <= _allowed(others)).all():
-            off = float(_residuals([touched[i]], without.T_world_tote)[0][0])
-            suspects.append((i, off))
-    if len(suspects) == 1:
-        i, off = suspects[0]
+    suspects = _suspects(touched, T_world_guess, fit.names)
+    if suspects and (len(suspects) == 1 or suspects[1].misfit > CLEARLY * suspects[0].misfit):
         raise InputError(
-            f"tote not located: touch {touched[i].aim.name} is {1e3 * abs(off):.1f} mm "
-            f"{'before' if off > 0.0 else 'behind'} that face by all others: it met something else; look "
-            "what lies there, and locate it again"
+            f"tote not located: touch {suspects[0].name} is {1e3 * abs(suspects[0].off):.1f} mm "
+            f"{'before' if suspects[0].off > 0.0 else 'behind'} that face by all others: it met something "
+            "else; look what lies there, and locate it again"
         )
     worst = int(np.argmax(np.abs(fit.residuals) / _allowed(touched)))
-    which = " or ".join(touched[i].aim.name for i, _ in suspects)
+    which = " or ".join(each.name for each in suspects)
     raise InputError(
         f"tote not located: the touches do not fit its shape (touch {touched[worst].aim.name} is off by "
-        f"{1e3 * abs(fit.residuals[worst]):.1f} mm): "
-        + (f"{which} met something else" if which else "more than one met something else")
-        + ", or it is another tote"
+        f"{1e3 * abs(fit.residuals[worst]):.1f} mm): {which or 'more than one'} met something else, or it is "
+        "another tote"
     )
+
+
+@dataclass(frozen=True)
+class _Suspect:
+    """A touch without which all others fit.
+
+    Attributes:
+        name: Of the touch.
+        misfit: Largest residual of the others, as a share of the allowed one.
+        off: m by which it is outside of its face by their fit.
+    """
+
+    name: str
+    misfit: float
+    off: float
+
+
+def _suspects(
+    touched: Sequence[TouchedPoint], T_world_guess: Array, names: tuple[str, ...]
+) -> list[_Suspect]:
+    """Find the touches without which all others fit, the one without which they fit best first."""
+    found = []
+    for i, each in enumerate(touched):
+        others = [*touched[:i], *touched[i + 1 :]]
+        try:
+            fit = fit_tote(others, T_world_guess, names)
+        except InputError:  # without it a direction is open
+            continue
+        misfit = float((np.abs(fit.residuals) / _allowed(others)).max())
+        if misfit <= 1.0:
+            off = float(_residuals([each], fit.T_world_tote)[0][0])
+            found.append(_Suspect(each.aim.name, misfit, off))
+    return sorted(found, key=lambda suspect: suspect.misfit)
 
 
 def _allowed(touched: Sequence[TouchedPoint]) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -28,7 +27,7 @@ from pickcli.geometry import Array, inverse, to_rpy
 from pickcli.motion.plan import Plan
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import Scene, tote_pose
+from pickcli.scene.scene import Scene, empty_scene, tote_pose
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.execute import execute
@@ -38,6 +37,7 @@ from pickcli.simulation.world import World
 
 TOLERANCE = Displacement(0.03, 0.03, float(np.radians(3.0)))  # within which the tote may be displaced
 HEIGHT = 0.002  # m, either way: it stands on the table; the clearance of all motions is more
+RANDOM = "random"  # word for a displacement
 ROOM = 1e-3  # m and rad that bounds of a first estimate are widened by
 
 
@@ -128,24 +128,56 @@ def shifted_tote(cell: Cell, shift: Displacement) -> Array:
     return displaced(T, shift.x, shift.y, shift.yaw)
 
 
-def random_tote_shift(seed: int) -> Displacement:
-    """Draw a displacement of the tote, uniform within ``TOLERANCE``.
+def tote_pose_in_simulation(cell: Cell, shift: Displacement | str | None, seed: int) -> Array:
+    """Return where the simulated tote truly stands.
 
     Args:
-        seed: The seed.
+        cell: A cell with a tote.
+        shift: Its displacement; "random" for one within ``TOLERANCE``, "none" or None for none.
+        seed: Seed of a random displacement.
 
     Returns:
-        The displacement.
+        (4, 4) ``T_world_tote``.
+
+    Raises:
+        InputError: The cell has no tote, or the displacement is beyond ``TOLERANCE``.
     """
-    most = [TOLERANCE.x, TOLERANCE.y, TOLERANCE.yaw]
-    x, y, yaw = (float(v) for v in derived_rng("tote shift", seed).uniform(-1.0, 1.0, 3) * most)
-    return Displacement(x, y, yaw)
+    if isinstance(shift, Displacement):
+        return shifted_tote(cell, shift)
+    share = derived_rng("tote shift", seed).uniform(-1.0, 1.0, 3) if shift == RANDOM else np.zeros(3)
+    x, y, yaw = (float(v) for v in share * [TOLERANCE.x, TOLERANCE.y, TOLERANCE.yaw])
+    return shifted_tote(cell, Displacement(x, y, yaw))
+
+
+def locate_in_simulation(
+    context: PlanningContext, T_world_tote: Array, settings: LocatingSettings, seed: int
+) -> LocatedTote:
+    """Locate the tote of an empty cell in the simulated world, beginning at home.
+
+    Args:
+        context: The cell with what motions are planned by.
+        T_world_tote: (4, 4) where the tote truly stands.
+        settings: How it is located.
+        seed: Seed of all random choices and of all that is not as stated.
+
+    Returns:
+        The estimate and the touches.
+
+    Raises:
+        InputError: As ``locate_tote``.
+        NoPlanError: As ``locate_tote``.
+    """
+    scene = empty_scene(context.cell)
+    world = simulated_tote_world(scene, T_world_tote, seed)
+    try:
+        return locate_tote(context, scene, world, settings, seed)
+    finally:
+        world.close()
 
 
 def locate_tote(
-    context: PlanningContext, scene: Scene, world: World, settings: LocatingSettings, seed: int,
-    on_touch: Callable[[TouchPoint, GuardedMove], None] | None = None,
-) -> LocatedTote:  # fmt: skip
+    context: PlanningContext, scene: Scene, world: World, settings: LocatingSettings, seed: int
+) -> LocatedTote:
     """Locate the tote by touching it.
 
     Every motion to a touch is planned with the tote as the volume that it may fill, proven and verified; the
@@ -158,7 +190,6 @@ def locate_tote(
         world: The simulated world, with the arm at rest.
         settings: How it is located.
         seed: Seed of all random choices, and of the errors of the joints.
-        on_touch: Called after every touch.
 
     Returns:
         The estimate and the touches.
@@ -182,8 +213,6 @@ def locate_tote(
         planned = plan_touch(context, scene, belief, aim, start, derived_seed(seed, aim.name))
         _bring(world, planned.way, aim)
         record = guarded_move(planned.line, world, frozenset(aim.face.bodies), settings.sensing)
-        if on_touch is not None:
-            on_touch(aim, record)
         _refuse_unfelt(aim, record)
         rng = derived_rng(seed, "encoders", aim.name)
         touched = reading.touched_point(aim, record, planned.tool_state, rng)

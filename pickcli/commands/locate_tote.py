@@ -53,31 +53,21 @@ def command(
     from pickcli.calibration.tote_file import tote_values, write_tote
     from pickcli.calibration.tote_location import (
         LocatingSettings,
-        locate_tote,
-        random_tote_shift,
+        locate_in_simulation,
         shifted_tote,
-        simulated_tote_world,
         tote_offset,
+        tote_pose_in_simulation,
     )
     from pickcli.cell.cell_file import load_cell
     from pickcli.cell.pod_tolerance import UNMOVED
-    from pickcli.scene.scene import empty_scene
-    from pickcli.trial.pod_shift import RANDOM
 
     refuse_output(output, overwrite, cell_name, roadmap, trajectories)
     refuse_suffix(output, (".json",), "the pose of a tote")
     cell = load_cell(cell_name)
-    if isinstance(shift, str) or shift is None:
-        shift = random_tote_shift(seed) if shift == RANDOM else UNMOVED
-    T_true, scene = shifted_tote(cell, shift), empty_scene(cell)
+    T_true = tote_pose_in_simulation(cell, shift, seed)
     context = load_context(cell, roadmap, trajectories)
-    settings = LocatingSettings(n_touches, with_tilt)
-    world = simulated_tote_world(scene, T_true, seed)
-    try:
-        with stage("touching of the tote"):
-            located = locate_tote(context, scene, world, settings, seed)
-    finally:
-        world.close()
+    with stage("touching of the tote"):
+        located = locate_in_simulation(context, T_true, LocatingSettings(n_touches, with_tilt), seed)
     write_tote(located, cell, seed, output, overwrite)
     if as_json:
         estimate = located.estimate
