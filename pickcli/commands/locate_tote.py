@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell
 from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
@@ -31,12 +32,14 @@ if TYPE_CHECKING:
 @click.option("--tilt", "with_tilt", is_flag=True,
               help="Estimate roll and pitch, too; else the tote stands upright.")  # fmt: skip
 @output_option("pose")
+@arm_option()
 @artifact_options
 @seed_option
 @json_option
 def command(
     cell_name: str, shift: Displacement | str | None, n_touches: int, with_tilt: bool, output: Path,
-    roadmap: Path | None, trajectories: Path | None, seed: int, overwrite: bool, as_json: bool,
+    arm: str | None, roadmap: Path | None, trajectories: Path | None, seed: int, overwrite: bool,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Locate the tote by touching its walls and its rim with the cup, in simulation.
 
@@ -58,12 +61,11 @@ def command(
         tote_offset,
         tote_pose_in_simulation,
     )
-    from pickcli.cell.cell_file import load_cell
     from pickcli.cell.pod_tolerance import UNMOVED
 
     refuse_output(output, overwrite, cell_name, roadmap, trajectories)
     refuse_suffix(output, (".json",), "the pose of a tote")
-    cell = load_cell(cell_name)
+    cell = open_cell(cell_name, ArmRequest(arm))
     T_true = tote_pose_in_simulation(cell, shift, seed)
     context = load_context(cell, roadmap, trajectories)
     with stage("touching of the tote"):

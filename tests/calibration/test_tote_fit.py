@@ -32,7 +32,7 @@ def moved(x: float = 0.012, y: float = -0.02, z: float = 0.001, **angles: float)
 
 
 def touches(T: Array, n: int = 8, errors: Array | None = None) -> list[TouchedPoint]:
-    """Points of the faces of a tote at T, off by errors (n,) along the normals, and anywhere along the faces."""
+    """Points of the faces of a tote at T, off by errors (n,) along the normals, and 3 mm along the faces."""
     errors = np.zeros(n) if errors is None else errors
     found = []
     for aim, error in zip(touch_points(shape(), n, LIP), errors, strict=True):
@@ -96,9 +96,8 @@ def test_a_bias_of_all_touches_alike_is_within_the_bounds() -> None:
 )  # fmt: skip
 def test_touches_that_leave_a_direction_open_are_refused(left: tuple[str, ...], open_left: str) -> None:
     some = [each for each in touches(moved()) if each.aim.face.name in left]
-    with pytest.raises(
-        InputError, match=f"tote not located: {len(some)} touches do not fix its ({open_left});"
-    ):
+    told = f"tote not located: {len(some)} touches do not fix its ({open_left});"
+    with pytest.raises(InputError, match=told):
         fit_tote(some, guess())
 
 

@@ -45,7 +45,7 @@ def test_random_poses_are_within_the_tolerance_and_follow_the_seed() -> None:
 )
 def test_a_displacement_beyond_what_touches_reach_is_refused(shift: Displacement) -> None:
     with pytest.raises(
-        InputError, match="--tote-shift: .* is beyond what touches reach: 30 mm, 30 mm and 3 deg"
+        InputError, match=r"--tote-shift: .* is beyond what touches reach: 30 mm, 30 mm and 3 deg"
     ):
         tote_pose_in_simulation(CELL, shift, 0)
 
@@ -58,7 +58,7 @@ def test_offsets_are_in_the_frame_of_the_first_pose() -> None:
 
 
 def test_a_tool_without_a_cup_is_refused() -> None:
-    cell = load_cell("apc2016_delft_pinch")
+    cell = load_cell("apc2016_delft_pinch", "fingers")
     T = shifted_tote(cell, Displacement())
     with pytest.raises(InputError, match="apc2016_delft_pinch: its tool has no cup"):
         locate_in_simulation(PlanningContext(cell), T, LocatingSettings(), 0)
@@ -83,7 +83,7 @@ def test_a_displaced_tote_is_located_within_its_bounds(located: tuple[LocatedTot
 
 @pytest.mark.slow
 def test_something_that_stands_at_a_wall_is_refused() -> None:
-    """A box that nobody knows of, where the second touch of the long wall is to be: yaw alone cannot explain it."""
+    """A box that nobody knows of, where the second touch of the long wall is to be."""
     item = CELL.item("clorox_utility_brush")
     scene, T = empty_scene(CELL), shifted_tote(CELL, Displacement())
     half = item.shape.extents / 2

@@ -35,6 +35,7 @@ from pickcli.files.file_kind import (
     STORE,
     STRATEGY,
     STREAM,
+    TOTE,
     TRIAL,
     TRIALS,
     TSRS,
@@ -71,7 +72,8 @@ READ: dict[str, dict[str, FileKind | None]] = {
         "order_path": ORDER, "recorded": RECORDING,
     },
     "locate-pod": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "recorded": PICTURE},
-    "believe": {"paths": PERCEIVED, "cell_name": CELL, "items_path": ITEMS},
+    "locate-tote": {"cell_name": CELL, "roadmap": STORE, "trajectories": STORE},
+    "believe": {"paths": PERCEIVED, "cell_name": CELL, "items_path": ITEMS, "tote_path": TOTE},
     "render": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "plan-pick": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
@@ -162,6 +164,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     )  # fmt: skip
     found[REALITY].write_text("format: apc reality\nversion: 1\n")
     found[PERCEIVED].write_text('{"format": "apc perceived", "version": 1}\n')
+    found[TOTE].write_text('{"format": "apc tote", "version": 1}\n')
     found[RECORDING].write_text('{"format": "apc recording", "version": 1}\n')
     found[TRIAL].write_text('{\n  "score": 10,\n  "max_score": 20\n}\n')
     found[JOINT_LIMITS].write_text("joint_limits:\n  joint_s: {}\n")
@@ -220,6 +223,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["output"] = out.with_suffix(".html")
     if command == "render":
         right |= {"name": "hand", "output": out.with_suffix(".png")}
+    if command == "locate-tote":
+        right["output"] = out.with_suffix(".json")
     if command in ("perceive", "locate-pod"):
         right |= {"output": out.with_suffix(".json")}
         right |= {} if (command, name) == ("perceive", "recorded") else {"name": "hand", "at": "cam_C"}

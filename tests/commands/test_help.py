@@ -30,6 +30,7 @@ RANDOM = {
     "make-scene",
     "make-stream",
     "locate-pod",
+    "locate-tote",
     "perceive",
     "plan-drive",
     "watch-zone",

@@ -12,9 +12,8 @@ from pickcli.calibration.tote_location import TOLERANCE, shifted_tote, simulated
 from pickcli.calibration.tote_shape import tote_shape
 from pickcli.calibration.touch_planning import PlannedTouch, ToteBelief, plan_touch
 from pickcli.calibration.touch_points import touch_points
-from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.kinematics.arm import Arm
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
@@ -39,9 +38,9 @@ def touch() -> PlannedTouch:
     return plan_touch(PlanningContext(CELL), empty_scene(CELL), belief, aim, start, 3)
 
 
-def world_at(touch: PlannedTouch, shift: Displacement = Displacement(), cell: Cell = CELL) -> Iterator[World]:
+def world_at(touch: PlannedTouch, shift: Displacement = UNMOVED) -> Iterator[World]:
     """The world with the tote displaced, and the arm at the start of the line."""
-    made = simulated_tote_world(empty_scene(cell), shifted_tote(CELL, shift), 5)
+    made = simulated_tote_world(empty_scene(CELL), shifted_tote(CELL, shift), 5)
     made.close()
     world = World(made.scene, touch.line.trajectory.positions[0], touch.tool_state, seed=5)
     yield world
