@@ -26,7 +26,8 @@ def stated(tmp_path: Path) -> Path:
     touch = {"name": "1 wall left", "point": [0, 0, 0], "deviation": 1e-4, "bias": 3e-4}
     touch |= {"residual": 0.0, "force": 5.0}
     content = {
-        "format": "apc tote", "version": 1, "cell": {"name": CELL.name, "fingerprint": CELL.scene_fingerprint},
+        "format": "apc tote", "version": 1,
+        "cell": {"name": CELL.name, "fingerprint": CELL.scene_fingerprint},
         "pose": pose_values(MOVED), "error": {"x": 6e-4, "y": 5e-4, "z": 6e-4, "yaw": 0.0035},
         "covariance": np.eye(4).tolist(), "touches": [touch], "duration": 38.0, "seed": 1,
     }  # fmt: skip
