@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.calibration.tote_location import LocatedTote
-from pickcli.calibration.tote_schema import ToteModel
+from pickcli.calibration.tote_schema import LocatedToteModel
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.files.atomic_write import write_text
@@ -110,7 +110,7 @@ def read_tote(path: Path, cell: Cell) -> StatedTote:
         StaleError: It was made for another cell.
     """
     source = read_yaml(path, TOTE, is_json=True)
-    model = validate(source, ToteModel)
+    model = validate(source, LocatedToteModel)
     cell_of_file(source, model.cell, cell, lambda name: cell, "tote")
     T = pose_of_model(source, ("pose",), model.pose)
     source.check()

@@ -36,7 +36,7 @@ class TouchModel(FileModel):
     force: float = Field(ge=0, description="N")
 
 
-class ToteModel(FileModel):
+class LocatedToteModel(FileModel):
     """A whole file of a located tote."""
 
     format: Literal["apc tote"] = Field(description="'apc tote'")

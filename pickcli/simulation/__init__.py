@@ -23,5 +23,6 @@ Read in this order:
   protocol, and a `guarded_driver` turns its faults into a single error message.
 - Supervision: `supervision` with a `hold_watch`, `contact_guard` and `weight_watch`; beyond their
   `thresholds` they request a `protective_stop`.
+- `guarded_move`: slowly along a line until the tool feels something, and back.
 - Several arms in one world: `arm_turn`.
 """
