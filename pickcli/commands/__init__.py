@@ -5,8 +5,8 @@ Read in this order:
 - The basis of every subcommand: `main`, the group of all, and `command`; then any of these, e.g. `plan_pick`.
 - A new cell: `init`, `suggest_mount`, `suggest_configurations`.
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
-- Online: `make_order`, `make_scene`, `make_stream`, `render`, `locate_pod`, `locate_tote`, `perceive`, `believe`,
-  `plan_stow`, `plan_shift`, `plan_topple`, `plan_move`, `verify`, `execute`, `check_driver`,
+- Online: `make_order`, `make_scene`, `make_stream`, `render`, `locate_pod`, `locate_tote`, `perceive`,
+  `believe`, `plan_stow`, `plan_shift`, `plan_topple`, `plan_move`, `verify`, `execute`, `check_driver`,
   `export`, `roll_out` and `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for
   many.
 - Content and checks of files: `inspect`, `show`, `show_strategy` and `check`.
