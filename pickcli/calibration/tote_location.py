@@ -17,7 +17,7 @@ from pickcli.calibration.tote_fit import (
 from pickcli.calibration.tote_shape import tote_shape
 from pickcli.calibration.touch_measurement import STIFFNESS_ERROR, EncoderNoise, TouchReading
 from pickcli.calibration.touch_planning import ToteBelief, plan_touch
-from pickcli.calibration.touch_points import DEFAULT_TOUCHES, N_FIRST, TouchPoint, touch_points
+from pickcli.calibration.touch_points import DEFAULT_TOUCHES, N_FIRST, RIMS, TouchPoint, touch_points
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement, displaced
 from pickcli.cell.station import TOTE
@@ -181,8 +181,9 @@ def locate_tote(
     """Locate the tote by touching it.
 
     Every motion to a touch is planned with the tote as the volume that it may fill, proven and verified; the
-    touch itself is a guarded move. After the first touches, which fix x, y and yaw, the bounds of those take
-    the place of the tolerance, so that the lip meets the narrow rim.
+    touch itself is a guarded move. After the first touches, which fix x, y and yaw and, if there are more than
+    six, check them by the wall across, the bounds of those take the place of the tolerance, so that the lip
+    meets the narrow rim.
 
     Args:
         context: The cell with what motions are planned by.
@@ -206,6 +207,7 @@ def locate_tote(
     reading = TouchReading(context.arm, grip.stiffness, world.time_step, settings.encoders)
     belief = ToteBelief(shape.T_world_tote, TOLERANCE, HEIGHT)
     names = TILTED if settings.with_tilt else UPRIGHT
+    n_first = min(N_FIRST + 1, settings.n_touches - RIMS)  # with one that checks them, if there is one
     touches: list[Touch] = []
     began = world.t
     for i, aim in enumerate(aims):
@@ -217,7 +219,7 @@ def locate_tote(
         rng = derived_rng(seed, "encoders", aim.name)
         touched = reading.touched_point(aim, record, planned.tool_state, rng)
         touches.append(Touch(touched, record))
-        if i + 1 == N_FIRST:
+        if i + 1 == n_first:
             belief = _narrowed(belief, [each.touched for each in touches])
     points = [each.touched for each in touches]
     estimate = fit_tote(points, belief.T_world_tote, names)
@@ -268,7 +270,11 @@ def _refuse_unfelt(aim: TouchPoint, record: GuardedMove) -> None:
 
 
 def _narrowed(belief: ToteBelief, touched: list[TouchedPoint]) -> ToteBelief:
-    """Return what the first touches leave open of where the tote is. Its height is still as before."""
+    """Return what the first touches leave open of where the tote is. Its height is still as before.
+
+    If they do not fit, later motions would be proven around a tote that is elsewhere: that raises InputError.
+    """
     fit = fit_tote(touched, belief.T_world_tote, ("x", "y", "yaw"))
+    refuse_misfit(touched, belief.T_world_tote, fit)
     bounds = Displacement(*(fit.bound(name) + ROOM for name in ("x", "y", "yaw")))
     return ToteBelief(fit.T_world_tote, bounds, belief.height)

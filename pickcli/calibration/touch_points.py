@@ -11,7 +11,7 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array
 
 LEAST_TOUCHES, MOST_TOUCHES, DEFAULT_TOUCHES = 6, 10, 8
-N_FIRST = 3  # touches of two walls, after which x, y and yaw are known
+N_FIRST = 3  # touches of two walls, which fix x, y and yaw
 APART = 0.6  # of half of a wall's length, from its middle to each of two touches
 RIM_APART = 0.5  # the same on the rim
 DEPTH = 0.05  # m under the rim, at which walls are touched

@@ -18,12 +18,16 @@ from pickcli.calibration.tote_location import (
     tote_offset,
     tote_pose_in_simulation,
 )
+from pickcli.calibration.tote_shape import tote_shape
+from pickcli.calibration.touch_points import touch_points
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.shapes import box
+from pickcli.cell.station import Obstacles
 from pickcli.errors import InputError
 from pickcli.geometry import Array, pose
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.scene.scene import PlacedItem, empty_scene
+from pickcli.scene.scene import empty_scene
 
 CELL = load_cell("apc2016_delft")
 SHIFT = Displacement(0.012, -0.02, 0.03)
@@ -82,18 +86,18 @@ def test_a_displaced_tote_is_located_within_its_bounds(located: tuple[LocatedTot
 
 
 @pytest.mark.slow
-def test_something_that_stands_at_a_wall_is_refused() -> None:
-    """A box that nobody knows of, where the second touch of the long wall is to be."""
-    item = CELL.item("clorox_utility_brush")
+def test_something_that_stands_at_a_wall_is_refused_before_the_rim_is_touched() -> None:
+    """A board that nobody knows of, 8 mm before the wall where the second touch is to be."""
     scene, T = empty_scene(CELL), shifted_tote(CELL, Displacement())
-    half = item.shape.extents / 2
-    place = CELL.places["tote"]
-    at = (0.16, float(place.room.high[1]) - float(half[1]) - 0.001, float(half[2]))
-    stands = replace(scene, items=(PlacedItem("unknown", item, "tote", T @ pose(at)),))
-    world = simulated_tote_world(stands, T, 1)
+    aim = touch_points(tote_shape(CELL), 8, CELL.robot.tool.grip.tip_radius)[1]
+    x, y, z = (T @ [*aim.point, 1.0])[:3]
+    board = box("board", (x - 0.04, y - 0.008, z - 0.06), (x + 0.04, y, z + 0.04))
+    obstacles = Obstacles((*CELL.obstacles.bodies, board))
+    world = simulated_tote_world(replace(scene, cell=replace(CELL, obstacles=obstacles)), T, 1)
     try:
-        with pytest.raises(InputError, match="tote not located"):
-            locate_tote(PlanningContext(CELL), scene, world, LocatingSettings(10), 1)
+        with pytest.raises(InputError, match=f" or {aim.name} or .* met something else"):
+            locate_tote(PlanningContext(CELL), scene, world, LocatingSettings(8), 1)
+        assert {each.b for each in world.contacts.collisions} == {"board"} and world.t < 40.0
     finally:
         world.close()
 
