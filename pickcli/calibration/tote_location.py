@@ -181,9 +181,9 @@ def locate_tote(
     """Locate the tote by touching it.
 
     Every motion to a touch is planned with the tote as the volume that it may fill, proven and verified; the
-    touch itself is a guarded move. After the first touches, which fix x, y and yaw and, if there are more than
-    six, check them by the wall across, the bounds of those take the place of the tolerance, so that the lip
-    meets the narrow rim.
+    touch itself is a guarded move. After the first touches, which fix x, y and yaw and, if there are more
+    than six, check them by the wall across, the bounds of those take the place of the tolerance, so that the
+    lip meets the narrow rim.
 
     Args:
         context: The cell with what motions are planned by.
