@@ -1,25 +1,28 @@
 """The way to a touch, and the slow line on which the tool meets the tote, wherever within bounds that is.
 
 The way there is a planned move like every other, with the tote as the volume that it may fill. On the line
-the touched side of the tote is left out, and the rest of it is not: all that the line can meet is that side,
-and the lip is the foremost part of the tool along it.
+the touched side of the tote is left out, and the rest of it is not: all that the line can meet is that side.
+That the cup alone meets it is proven with that side where it is believed to be: until the bellows are fully
+compressed all other parts keep clear of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pickcli.calibration.touch_points import TouchPoint
 from pickcli.cartesian.line_following import follow_line
-from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.cell.station import TOTE
 from pickcli.cell.tool import ToolState
+from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.collision.stage_contacts import while_touching
 from pickcli.errors import Failures, NoPlanError, Reason, RejectedError
 from pickcli.geometry import Array, cross, pose, rotation_axis_angle
+from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind, SegmentLimits
@@ -122,8 +125,7 @@ def plan_touch(
         NoPlanError: The tool cannot be brought there, or not along the line, with the reasons.
     """
     believed = belief.scene(scene)
-    failures = Failures()
-    lines = list(_lines(context, believed, belief, aim, seed, failures))
+    lines, failures = _lines(context, believed, belief, aim, seed)
     for line in sorted(lines, key=lambda line: _travel_time(context, start.q, line.start))[:MOST_LINES]:
         planned = _planned(context, believed, aim, line, start, seed)
         if isinstance(planned, PlannedTouch):
@@ -133,34 +135,91 @@ def plan_touch(
 
 
 def _lines(
-    context: PlanningContext, believed: Scene, belief: ToteBelief, aim: TouchPoint, seed: int,
-    failures: Failures,
-) -> Iterator[MotionSegment]:  # fmt: skip
-    """Yield the lines of a touch that are free where they are not to touch; add reasons of others."""
-    arm, opened = context.arm, without_side(believed, aim)
-    grip = context.cell.robot.tool.grip
-    p = (belief.T_world_tote @ [*aim.point, 1.0])[:3]
-    axis = -belief.T_world_tote[:3, :3] @ aim.face.normal
-    reach = belief.reach(aim, grip.tip_radius)
-    first = _first_contact(believed, belief, aim, p, axis)
+    context: PlanningContext, believed: Scene, belief: ToteBelief, aim: TouchPoint, seed: int
+) -> tuple[list[MotionSegment], Failures]:
+    """Find lines of a touch that are proven free, and why there are no others."""
+    found, failures = [], Failures()
     for state in context.cell.robot.tool.states:
-        before, on_it = (context.checker_for(each, Mode(state)) for each in (believed, opened))
+        search = _LineSearch.of(context, believed, belief, aim, state)
         for roll in ROLLS:
-            R = _looking(axis, float(roll))
-            T_a = pose(p - (first + BEFORE) * axis, R=R)
-            T_b = pose(p + (reach + BEYOND + grip.gives_way) * axis, R=R)
             rng = derived_rng(seed, aim.name, state, round(float(np.degrees(roll))))
-            Q = arm.solve_spread(T_a, state, rng, N_SEEDS)
-            for q in Q[before.are_valid(Q)] if len(Q) else ():
-                path = follow_line(arm, on_it, T_a, T_b, state, q, f"touch {aim.name}")
-                if isinstance(path, Failures):
-                    failures += path
-                    continue
-                limits = SegmentLimits(max_tool_speed=DOWN_SPEED if axis[2] < -STEEP else SPEED)
-                yield MotionSegment(SegmentKind.PREAPPROACH, path, limits, mode=Mode(state))
-                break
-    if not failures:
-        failures += Failures.of(Reason("no IK solution", f"touch {aim.name}", "not free at the line's start"))
+            line = search.line(float(roll), rng)
+            if isinstance(line, Failures):
+                failures += line
+            else:
+                found.append(line)
+    return found, failures
+
+
+@dataclass(frozen=True, eq=False)
+class _LineSearch:
+    """Search for the line of a touch in one state of the tool.
+
+    Attributes:
+        arm: Kinematics of the arm.
+        aim: The point that is touched.
+        tool_state: State of the tool.
+        before: Checker with the tote as the volume that it may fill.
+        on_line: The same without the touched side.
+        pressing: Checker with the tote where it is believed to be, which the cup alone may touch.
+        p: (3,) m in the world, the point where it is believed to be.
+        axis: (3,) unit vector of the line.
+        ways: m from the point along the axis to start and end of the line, and to full compression.
+    """
+
+    arm: Arm
+    aim: TouchPoint
+    tool_state: ToolState
+    before: SceneChecker
+    on_line: SceneChecker
+    pressing: SceneChecker
+    p: Array
+    axis: Array
+    ways: tuple[float, float, float]
+
+    @classmethod
+    def of(
+        cls, context: PlanningContext, believed: Scene, belief: ToteBelief, aim: TouchPoint, state: ToolState
+    ) -> _LineSearch:
+        """Prepare the search."""
+        exact = replace(belief, error=UNMOVED, height=0.0).scene(believed)
+        mode = Mode(state)
+        checkers = (
+            context.checker_for(believed, mode),
+            context.checker_for(without_side(believed, aim), mode),
+            context.checker_for(exact, replace(mode, contacts=while_touching(aim.face.bodies))),
+        )
+        grip = context.cell.robot.tool.grip
+        p = (belief.T_world_tote @ [*aim.point, 1.0])[:3]
+        axis = -belief.T_world_tote[:3, :3] @ aim.face.normal
+        first = _first_contact(believed, belief, aim, p, axis)
+        last = belief.reach(aim, grip.tip_radius) + BEYOND + grip.gives_way
+        return cls(context.arm, aim, state, *checkers, p, axis, (-first - BEFORE, last, grip.gives_way))
+
+    def line(self, roll: float, rng: np.random.Generator) -> MotionSegment | Failures:
+        """Find a line with the tool turned about its axis by an angle in rad, or say why there is none."""
+        R = _looking(self.axis, roll)
+        T_start, T_end, T_pressed = (pose(self.p + way * self.axis, R=R) for way in self.ways)
+        where, limits = f"touch {self.aim.name}", SegmentLimits(max_tool_speed=self._speed)
+        Q = self.arm.solve_spread(T_start, self.tool_state, rng, N_SEEDS)
+        failures = Failures()
+        for q in Q[self.before.are_valid(Q)] if len(Q) else ():
+            path = follow_line(self.arm, self.on_line, T_start, T_end, self.tool_state, q, where)
+            pressed = follow_line(self.arm, self.pressing, T_start, T_pressed, self.tool_state, q, where)
+            if not isinstance(path, Failures) and not isinstance(pressed, Failures):
+                return MotionSegment(SegmentKind.PREAPPROACH, path, limits, mode=Mode(self.tool_state))
+            for each in (path, pressed):
+                failures += each if isinstance(each, Failures) else Failures()
+        return (
+            failures
+            if failures.parts
+            else Failures.of(Reason("no free configuration", where, "at its start"))
+        )
+
+    @property
+    def _speed(self) -> float:
+        """Speed in m/s on the line."""
+        return DOWN_SPEED if self.axis[2] < -STEEP else SPEED
 
 
 def _planned(

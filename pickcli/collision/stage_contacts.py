@@ -92,6 +92,18 @@ def at_object(item: str) -> AllowedContacts:
     return AllowedContacts(tool=((item, None),))
 
 
+def while_touching(bodies: Iterable[str]) -> AllowedContacts:
+    """Return the contacts of an empty tool that touches solids of the cell with its cup or fingers alone.
+
+    Args:
+        bodies: Names of the solids.
+
+    Returns:
+        The contacts.
+    """
+    return AllowedContacts(tool=tuple((name, None) for name in sorted(bodies)))
+
+
 def while_toppling(pushed: frozenset[str]) -> AllowedContacts:
     """Return the contacts of the empty tool that pushes an item over, and of its way back from there.
 
