@@ -102,11 +102,11 @@ def kept_share(runs: list[Run], draws: int, seed: int) -> float:
     for _ in range(draws):
         run = runs[rng.integers(len(runs))]
         moved = []
-        for each in (touch.touched for touch in run.located.touches):
-            off = float(rng.choice(errors[each.aim.face.name.split()[0]]))
+        for point in (touch.touched for touch in run.located.touches):
+            off = float(rng.choice(errors[point.aim.face.name.split()[0]]))
             T = run.T_true
-            shift = (off - outside(each, T)) * (T[:3, :3] @ each.aim.face.normal)
-            moved.append(replace(each, point=each.point + shift))
+            shift = (off - outside(point, T)) * (T[:3, :3] @ point.aim.face.normal)
+            moved.append(replace(point, point=point.point + shift))
         fit = fit_tote(moved, run.T_true, names)
         offsets = np.array([*tote_offset(fit.T_world_tote, run.T_true, names).values()])
         kept += bool((np.abs(offsets) <= fit.bounds).all())
