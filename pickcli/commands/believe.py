@@ -59,9 +59,9 @@ def command(
     refuse_suffix(output, (".json",), "a scene")
     cell = load_workcell(cell_name, items_path).preferred  # a scene is of all arms
     cell.require_places()
+    tote = None if tote_path is None else read_tote(tote_path, cell).carrier_pose(cell)
     with stage("reading of what was perceived"):
         looks = [read_perceived(path, cell) for path in paths]
-    tote = None if tote_path is None else read_tote(tote_path, cell).carrier_pose(cell)
     scene = believed_scene(cell, looks, empty, tote)
     write_scene(scene, output, overwrite)
     listed = {item.id for look in looks for place in look.places for item in place.items}
