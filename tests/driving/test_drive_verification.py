@@ -19,16 +19,8 @@ from pickcli.driving.drive_verification import verify_drive
 from pickcli.driving.driving_area import DrivingArea, FloorBox
 from pickcli.driving.steering_path import SteeringPath
 from support.command_line import apc, misused, refused
+from support.driving_hall import HALL
 
-HALL = """\
-format: apc driving area
-version: 1
-walls: {low: [0, 0], high: [8, 8]}
-boxes:
-  - {name: rack, centre: [4, 4], size: [2, 1], yaw: 0.3}
-start: {position: [1.5, 1.5], yaw: 0}
-goal: {position: [5.5, 1.7], yaw: 0.2, straight: 0.3}
-"""
 AREA = DrivingArea(
     (0.0, 0.0), (10.0, 8.0), (FloorBox("rack", (5.0, 4.0), (4.0, 1.0), 0.3),),
     np.array([1.5, 1.5, 0.0]), np.array([8.5, 6.4, 3.14]), straight=-0.8,

@@ -14,16 +14,7 @@ from pickcli.driving.driving_area_file import read_driving_area
 from pickcli.driving.steering_path import SteeringPath, seen_from, wrapped
 from pickcli.driving.tricycle import Tricycle
 from support.command_line import apc, misused, refused
-
-HALL = """\
-format: apc driving area
-version: 1
-walls: {low: [0, 0], high: [8, 8]}
-boxes:
-  - {name: rack, centre: [4, 4], size: [2, 1], yaw: 0.3}
-start: {position: [1.5, 1.5], yaw: 0}
-goal: {position: [5.5, 1.7], yaw: 0.2, straight: 0.3}
-"""
+from support.driving_hall import HALL
 
 
 @pytest.fixture
