@@ -7,16 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pickcli.calibration.tote_location import LocatedTote
+import numpy as np
+
+from pickcli.calibration.tote_location import HEIGHT, TOLERANCE, LocatedTote
 from pickcli.calibration.tote_schema import LocatedToteModel
+from pickcli.calibration.tote_shape import tote_shape
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.pod_tolerance import Displacement, yaw_of
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import TOTE
 from pickcli.files.schema import validate
+from pickcli.files.source import Source
 from pickcli.files.yaml_reader import read_yaml
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse
 from pickcli.scene.scene import CarrierPose, tote_pose
+from pickcli.scene.scene_checks import MAX_LEAN
 from pickcli.scene.scene_file import cell_of_file, pose_of_model, pose_values
 
 
@@ -114,4 +119,25 @@ def read_tote(path: Path, cell: Cell) -> StatedTote:
     cell_of_file(source, model.cell, cell, lambda name: cell, "tote")
     T = pose_of_model(source, ("pose",), model.pose)
     source.check()
-    return StatedTote(T, Displacement(model.error.x, model.error.y, model.error.yaw))
+    error = Displacement(model.error.x, model.error.y, model.error.yaw)
+    _refuse_far(source, inverse(tote_shape(cell).T_world_tote) @ T, error, model.error.z)
+    source.check()
+    return StatedTote(T, error)
+
+
+def _refuse_far(source: Source, off: Array, error: Displacement, height: float) -> None:
+    """Note a pose, in the frame of where the cell says, that no touches can have found."""
+    x, y, z = (1e3 * off[:3, 3]).tolist()
+    yaw, lean = np.degrees(yaw_of(off)), np.degrees(np.arccos(np.clip(off[2, 2], -1.0, 1.0)))
+    if np.radians(lean) > MAX_LEAN:
+        source.add(("pose", "quaternion"), f"leans by {lean:.0f} degrees; a tote stands upright")
+    limits = (
+        ("x", x, 1e3 * (TOLERANCE.x + error.x), "mm"),
+        ("y", y, 1e3 * (TOLERANCE.y + error.y), "mm"),
+        ("z", z, 1e3 * (HEIGHT + height), "mm"),
+        ("yaw", yaw, np.degrees(TOLERANCE.yaw + error.yaw), "degrees"),
+    )
+    for name, value, most, unit in limits:
+        if abs(value) > most:
+            told = f"{name} is {value:.1f} {unit} off where the cell says that the tote stands, at most"
+            source.add(("pose",), f"{told} {most:.1f} {unit} are located by touch; locate it again")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pickcli
+from pickcli.errors import UnknownNameError
 
 
 def data_path() -> Path:
@@ -16,3 +17,25 @@ def data_path() -> Path:
     package = Path(pickcli.__file__).resolve().parent
     beside = package.parent / "data"
     return beside if (beside / "cells").is_dir() else package / "data"
+
+
+def data_file(kind: str, folder: str, name: str) -> Path:
+    """Return the file that a name or a path means.
+
+    Args:
+        kind: Kind of the file in messages, e.g. "hand".
+        folder: Folder under data that has files of this kind.
+        name: A name in that folder without its suffix, or the path of a file.
+
+    Returns:
+        The file; a path need not exist.
+
+    Raises:
+        UnknownNameError: The folder has no file of that name, and it is no path.
+    """
+    known = {path.stem: path for path in sorted((data_path() / folder).glob("*.yaml"))}
+    if name in known:
+        return known[name]
+    if Path(name).suffix or len(Path(name).parts) > 1 or Path(name).exists():
+        return Path(name)
+    raise UnknownNameError(kind, name, list(known))

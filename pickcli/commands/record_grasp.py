@@ -68,7 +68,7 @@ def command(
     \b
     Example:
       apc record-grasp --plan plan.json -o grasps.json
-      apc record-grasp --item dove_beauty_bar --grasp 0,0,20,180,0,0 --add -o grasps.json
+      apc record-grasp --item dove_beauty_bar --grasp 0,0,17,180,0,0 --add -o grasps.json
     """
     from pickcli.grasping.recorded_grasp_file import read_recorded_grasps, write_recorded_grasps
 

@@ -10,7 +10,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.option_types import FiniteRange
 from pickcli.commands.options import json_option, seed_option
 from pickcli.commands.progress_bar import progress
-from pickcli.errors import InputError, UnknownNameError
+from pickcli.errors import UnknownNameError
 from pickcli.progress import Progress
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pickcli.hand.grasp_trial import GraspTrial, PreGrasp
 
 MOST_GRASPS = 1000
+GRASPS = 10  # with --poses, unless stated
 POSES = ("grid", "near", "rectangular", "random")  # those of pickcli.hand.pre_grasps, which is slow to import
 OFFSET, TILT = FiniteRange(-0.1, 0.1), FiniteRange(-0.5, 0.5)
 
@@ -32,13 +33,13 @@ OFFSET, TILT = FiniteRange(-0.1, 0.1), FiniteRange(-0.5, 0.5)
               help="Tilt of the hand, rad.  [default: 0 0]")  # fmt: skip
 @click.option("--poses", type=click.Choice(POSES), default=None,
               help="Draw many grasps: in a grid about an object, near it, or before a cluster.")  # fmt: skip
-@click.option("--grasps", type=click.IntRange(1, MOST_GRASPS), default=10, show_default=True, metavar="N",
-              help="Number of grasps with --poses.")  # fmt: skip
+@click.option("--grasps", type=click.IntRange(1, MOST_GRASPS), metavar="N",
+              help="Number of grasps with --poses.  [default: 10]")  # fmt: skip
 @seed_option
 @json_option
 def command(
     hand_name: str, object_name: str, offset: tuple[float, float, float] | None,
-    tilt: tuple[float, float] | None, poses: str | None, grasps: int, seed: int, as_json: bool,
+    tilt: tuple[float, float] | None, poses: str | None, grasps: int | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Grasp an object with a hand with belts in simulation, and show how each stage went.
 
@@ -55,12 +56,15 @@ def command(
     from pickcli.hand.hand_file import hand_file, read_hand
 
     if poses is not None and (offset is not None or tilt is not None):
-        raise InputError("--poses draws offsets and tilts; leave out --offset and --tilt, or --poses")
+        raise click.UsageError("--poses draws offsets and tilts; leave out --offset and --tilt, or --poses")
+    if poses is None and grasps is not None:
+        raise click.UsageError("--grasps is the number of grasps of --poses; name these, or leave it out")
     hand = read_hand(hand_file(hand_name))
     if object_name not in hand.objects:
         raise UnknownNameError("object", object_name, list(hand.objects), f"hand {hand.name}")
     kind = hand.objects[object_name]
-    drawn = _drawn(hand, kind, poses, grasps, seed, (*(offset or (0.0,) * 3), *(tilt or (0.0,) * 2)))
+    aside = (*(offset or (0.0,) * 3), *(tilt or (0.0,) * 2))
+    drawn = _drawn(hand, kind, poses, grasps or GRASPS, seed, aside)
     trials = []
     with progress("grasps") as show:
         for k, each in enumerate(drawn):

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from pickcli.driving.drive_verification import DriveVerdict
 
 
-def verify_driven(path: Path, area_path: Path | None, as_json: bool) -> None:
+def verify_driven(path: Path, area_path: Path | None, detected: Path | None, as_json: bool) -> None:
     """Verify a drive, and tell the verdict.
 
     Args:
         path: File of the drive.
         area_path: Its driving area.
+        detected: Where the pallet was detected that it leads into, if it was planned for that.
         as_json: Whether the verdict is told as JSON.
 
     Raises:
@@ -30,13 +31,17 @@ def verify_driven(path: Path, area_path: Path | None, as_json: bool) -> None:
         InputError: A file cannot be read.
         RejectedError: The drive has faults.
     """
+    from pickcli.driving.detected_pallet_file import read_detected, with_detected
     from pickcli.driving.drive_plan_file import read_drive
     from pickcli.driving.drive_verification import verify_drive
     from pickcli.driving.driving_area_file import read_driving_area
 
     if area_path is None:
         raise click.UsageError(f"{path} is a plan of a drive: name its driving area with --area")
-    area, drive = read_driving_area(area_path), read_drive(path)
+    area = read_driving_area(area_path)
+    if detected is not None:
+        area = with_detected(area, read_detected(detected), area_path)
+    drive = read_drive(path)
     with stage("verification"):
         verdict = verify_drive(drive, area)
     if as_json:

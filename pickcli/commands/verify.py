@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pickcli.verification.verdict import Verdict
 
 OF_ALL = frozenset({"plan_path", "as_json"})
-OF_KINDS = {STACKED: frozenset({"order_path", "drop_test"}), DRIVE: frozenset({"area_path"})}
+OF_KINDS = {STACKED: frozenset({"order_path", "drop_test"}), DRIVE: frozenset({"area_path", "detected"})}
 
 
 @click.command("verify", cls=Command)
@@ -40,12 +40,14 @@ OF_KINDS = {STACKED: frozenset({"order_path", "drop_test"}), DRIVE: frozenset({"
               help="Put a stacked pallet up in the physics engine, too.")  # fmt: skip
 @click.option("--area", "area_path", type=PATH, metavar="AREA",
               help="For a drive, the driving area that it was planned for.")  # fmt: skip
+@click.option("--detected", "detected", type=PATH, metavar="FILE",
+              help="For a drive into a pallet that apc detect-pallet saw, its answer.")  # fmt: skip
 @click.option("--write", is_flag=True, help="Write the certificate into the plan's file.")
 @json_option
 def command(
     plan_path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
     stopped_path: Path | None, standing: tuple[str, ...], order_path: Path | None, drop_test: bool,
-    area_path: Path | None, write: bool, as_json: bool, request: StreamOptions,
+    area_path: Path | None, detected: Path | None, write: bool, as_json: bool, request: StreamOptions,
 ) -> None:  # fmt: skip
     """Check a plan, a stacked pallet or a drive with the independent verifier.
 
@@ -79,7 +81,7 @@ def command(
         return
     if kind is DRIVE:
         _refuse_options_of_others(DRIVE)
-        verify_driven(plan_path, area_path, as_json)
+        verify_driven(plan_path, area_path, detected, as_json)
         return
     plan = read_plan(plan_path)
     _refuse_options_of_others(PLAN)

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.driving.driving_area import DrivingArea
+from pickcli.driving.pallet_entry import entered_pose, straight_length
 from pickcli.driving.steering_path import posed, seen_from, wrapped
 from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_text
@@ -200,7 +201,8 @@ def with_detected(area: DrivingArea, found: DetectedPallet, area_path: Path) -> 
         pallet, pose=found.pose_in_area, off=np.array([*off[:2], float(wrapped(off[2]))]),
         tolerance=np.maximum(bounds, LEAST_TOLERANCE),
     )  # fmt: skip
-    return replace(area, pallet=seen)
+    inside, straight = entered_pose(area, seen), -straight_length(area, seen)
+    return replace(area, pallet=seen, goal=inside, straight=straight)
 
 
 def _rounded(values: Array) -> list[float]:

@@ -48,6 +48,9 @@ class StatedDrive:
         speeds: (N,) m/s at them.
         poses: (M, 6) the drive as a table, columns as in ``POSE_KEYS``.
         duration: s, from start to goal.
+        length: m of travel, as ``figures`` tells.
+        n_cusps: Changes between forwards and backwards, likewise.
+        clearance: m, least distance from everything at samples, likewise.
     """
 
     truck: Tricycle
@@ -61,6 +64,9 @@ class StatedDrive:
     speeds: Array
     poses: Array
     duration: float
+    length: float
+    n_cusps: int
+    clearance: float
 
 
 class _Figures(FileModel):
@@ -125,10 +131,12 @@ def read_drive(path: Path) -> StatedDrive:
     model = validate(source, _Drive)
     _check_lengths(source, model)
     poses = np.array([[getattr(row, key) for key in POSE_KEYS] for row in model.poses])
+    told = model.figures
     return StatedDrive(
         Tricycle(**dict(model.truck)), model.margin, np.array(model.start), np.array(model.goal),
         model.straight, np.array(model.actions.steps), np.array(model.actions.steering),
-        np.array(model.profile.travel), np.array(model.profile.speed), poses, model.figures.duration,
+        np.array(model.profile.travel), np.array(model.profile.speed), poses, told.duration,
+        told.travel, told.cusps, told.clearance,
     )  # fmt: skip
 
 

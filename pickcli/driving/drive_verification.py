@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pickcli.driving.drive_plan_file import StatedDrive
+from pickcli.driving.drive_plan_file import POSE_STEP, StatedDrive
 from pickcli.driving.driving_area import WALLS, DrivingArea
 from pickcli.driving.tricycle import PLANNED_SHARE, STEERING_RESERVE
 from pickcli.errors import Reason
@@ -25,6 +25,7 @@ LEAST_STEP = 1e-5  # m of travel, below which what is not proven counts as too n
 SUBSTEP = 0.01  # m of travel of one step of integration, at most
 AT_END = 1e-4  # m and rad, by which start, goal and stated poses may differ from the actions
 SAME = 1e-6  # of figures that are stated twice
+SEEN_STEP = 0.02  # m of travel between the samples of a stated clearance
 ROUNDING = 1e-5  # of a limit, for figures that a file rounds
 
 
@@ -239,11 +240,16 @@ class _View:
 
     def untold(self) -> Iterator[Reason]:
         """Yield poses and times of the file that are not those of its actions."""
+        yield from self._other_figures()
         rows = self._drive.poses
-        travel = rows[:, 1]
-        if (np.diff(travel) <= 0.0).any() or travel[0] < -SAME or travel[-1] > self._length + SAME:
-            yield Reason("not the same drive", "poses", "travel is not that of the drive")
+        travel, gaps = rows[:, 1], np.diff(rows[:, 1])
+        if (gaps <= 0.0).any() or max(abs(travel[0]), abs(travel[-1] - self._length)) > SAME:
+            detail = f"from {travel[0]:.3f} to {travel[-1]:.3f} m, the drive is {self._length:.3f} m long"
+            yield Reason("not the same drive", "poses", detail)
             return
+        if gaps.max() > POSE_STEP + SAME:
+            detail = f"{gaps.max():.3f} m of travel between two rows, at most {POSE_STEP:g} m are left out"
+            yield Reason("not the same drive", "poses", detail)
         found = self.poses(travel)
         angles = np.interp(travel, self._knots, self._drive.steering)
         stated = np.column_stack([rows[:, 2:4], rows[:, 5], _turn(rows[:, 4], found[:, 2])])
@@ -258,6 +264,19 @@ class _View:
             yield Reason("not the same drive", "poses", f"row {k} is {late[k]:.4f} s off its speeds")
         if abs(times[-1] - self._drive.duration) > AT_END:
             yield Reason("not the same drive", "duration", f"its speeds take {times[-1]:.3f} s")
+
+    def _other_figures(self) -> Iterator[Reason]:
+        """Yield figures of the file that its actions do not have."""
+        drive = self._drive
+        if abs(drive.length - self._length) > SAME:
+            yield Reason("not the same drive", "travel", f"its actions are {self._length:.6f} m long")
+        if drive.n_cusps != (n := int(np.count_nonzero(np.diff(np.sign(drive.steps))))):
+            yield Reason("not the same drive", "cusps", f"its actions have {n}")
+        least = self.nearest[
+            0
+        ]  # a bound from below; samples may miss the nearest point by half of their step
+        if not least - AT_END <= drive.clearance <= least + SEEN_STEP * self._reach:
+            yield Reason("not the same drive", "clearance", f"it comes as near as {least:.4f} m")
 
     def _times(self, travel: Array) -> Array:
         """(N,) s at which the speeds bring the truck to travels (N,) m."""

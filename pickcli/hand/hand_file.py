@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import Field, model_validator
 
-from pickcli.cell.data_path import data_path
+from pickcli.cell.data_path import data_file
 from pickcli.cell.schemas.pose_schema import Name
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.files.file_kind import HAND
@@ -234,14 +234,16 @@ def read_hand(path: Path) -> BeltHand:
     return validate(read_yaml(path, HAND), HandModel).hand
 
 
-def hand_file(name_or_path: str) -> Path:
+def hand_file(name: str) -> Path:
     """Return the file of a hand.
 
     Args:
-        name_or_path: A name under data/hands, or a path.
+        name: A name under data/hands, or a path.
 
     Returns:
-        Its path; of a name that is unknown, the path of that name.
+        The file.
+
+    Raises:
+        UnknownNameError: No hand has that name.
     """
-    packaged = data_path() / "hands" / f"{name_or_path}.yaml"
-    return packaged if packaged.is_file() else Path(name_or_path)
+    return data_file("hand", "hands", name)

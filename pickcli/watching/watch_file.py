@@ -10,8 +10,7 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import Field, model_validator
 
-from pickcli.cell.data_path import data_path
-from pickcli.errors import UnknownNameError
+from pickcli.cell.data_path import data_file
 from pickcli.files.file_kind import WATCH
 from pickcli.files.schema import FileModel, Size, Text, validate
 from pickcli.files.yaml_reader import read_yaml
@@ -174,10 +173,10 @@ def read_watch(path: Path) -> Watch:
 
 
 def watch_file(name: str) -> Path:
-    """Return the file that a name or path means.
+    """Return the file of a watch.
 
     Args:
-        name: A name under data/watches, or the path of a file.
+        name: A name under data/watches, or a path.
 
     Returns:
         The file.
@@ -185,9 +184,4 @@ def watch_file(name: str) -> Path:
     Raises:
         UnknownNameError: No watch has that name.
     """
-    known = {path.stem: path for path in sorted((data_path() / "watches").glob("*.yaml"))}
-    if name not in known:
-        if Path(name).suffix or Path(name).exists():
-            return Path(name)
-        raise UnknownNameError("watch", name, list(known))
-    return known[name]
+    return data_file("watch", "watches", name)

@@ -90,6 +90,34 @@ def test_mistakes_are_told(path: Path, cell: Cell, change: Callable[[Any], None]
     assert str(path) in str(refusal.value) and told in str(refusal.value)
 
 
+@pytest.mark.parametrize(
+    ("index", "off", "told"),
+    [(0, 0.1, "pose: x is"), (1, -0.1, "pose: y is"), (2, 0.12, "pose: z is 12")],
+)
+def test_a_tote_where_no_touch_can_find_it_is_refused(
+    path: Path, cell: Cell, index: int, off: float, told: str
+) -> None:
+    data = json.loads(path.read_text())
+    data["pose"]["position"][index] += off
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=told):
+        read_tote(path, cell)
+
+
+@pytest.mark.parametrize(
+    ("quaternion", "told"),
+    [([1, 0, 0, 0], "leans by 180 degrees"), ([0, 0, 0.7071068, 0.7071068], "pose: yaw is")],
+)
+def test_a_tote_that_leans_or_is_turned_away_is_refused(
+    path: Path, cell: Cell, quaternion: list[float], told: str
+) -> None:
+    data = json.loads(path.read_text())
+    data["pose"]["quaternion"] = quaternion
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=told):
+        read_tote(path, cell)
+
+
 def test_that_of_another_cell_is_refused(path: Path) -> None:
     with pytest.raises(StaleError, match=r"made for cell apc2016_delft .*, but this is conveyor_sia20"):
         read_tote(path, load_cell("conveyor_sia20"))

@@ -95,6 +95,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "verify": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "stopped_path": PLAN,
         "stream_path": STREAM, "order_path": PALLET, "area_path": DRIVING_AREA,
+        "detected": DETECTED,
     },
     "execute": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "planned_in": SCENE,
@@ -213,8 +214,9 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     right |= {"now": 5, "bin_name": None} if name == "stream_path" else {}
     if (command, name) == ("verify", "order_path"):  # of a stacked pallet, which stands in no scene
         right["plan_path"], needed = files[STACKED], needed - {"scene_path"}
-    if (command, name) == ("verify", "area_path"):  # of a drive, which stands in no scene either
+    if command == "verify" and name in ("area_path", "detected"):  # of a drive, which stands in no scene
         right["plan_path"], needed = files[DRIVE], needed - {"scene_path"}
+        right |= {"area_path": files[DRIVING_AREA]} if name == "detected" else {}
     if command == "try-grasp":
         right["object_name"] = "can"
     if command == "roll-out":

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from pickcli.cell.data_path import data_path
-from support.command_line import apc, refused
+from support.command_line import apc, misused, refused
 
 
 def test_one_grasp_is_told_stage_by_stage() -> None:
@@ -33,9 +33,10 @@ def test_many_grasps_are_counted_and_the_same_seed_gives_the_same_text() -> None
 
 def test_mistakes_are_told(tmp_path: Path) -> None:
     can = ("--object", "can")
-    refused(apc("try-grasp", "appel", *can), 3, "appel")
+    refused(apc("try-grasp", "appel", *can), 3, "unknown hand 'appel'", "apple")
     refused(apc("try-grasp", "apple", "--object", "cann"), 3, "unknown object 'cann'", "can")
-    refused(apc("try-grasp", "apple", *can, "--poses", "near", "--tilt", "0", "0"), 3, "leave out")
+    misused(apc("try-grasp", "apple", *can, "--poses", "near", "--tilt", "0", "0"), "leave out")
+    misused(apc("try-grasp", "apple", *can, "--grasps", "3"), "--grasps is the number of grasps of --poses")
     for usage in (("--poses", "far"), ("--offset", "0.2", "0", "0"), ("--offset", "nan", "0", "0"),
                   ("--poses", "grid", "--grasps", "0")):  # fmt: skip
         answer = apc("try-grasp", "apple", *can, *usage)
