@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.data_path import data_path
-from pickcli.errors import InputError
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.hand.hand_file import hand_file, read_hand
 from support.belt_hands import HAND
 
@@ -58,4 +58,6 @@ def test_a_mistake_is_told_with_its_line(right: str, wrong: str, told: str, tmp_
 
 def test_a_name_is_that_of_a_packaged_hand_and_else_a_path() -> None:
     assert hand_file("apple") == data_path() / "hands" / "apple.yaml"
-    assert hand_file("pear") == Path("pear")
+    assert hand_file("pear.yaml") == Path("pear.yaml") and hand_file("a/pear") == Path("a/pear")
+    with pytest.raises(UnknownNameError, match="unknown hand 'pear'; known: apple"):
+        hand_file("pear")
