@@ -110,4 +110,5 @@ def test_vest_cameras_alone_stop_the_truck_and_tell_who_was_seen() -> None:
     assert report.velocity_error is not None and report.velocity_error < 0.4
     assert drive.n_false == 0
     bare = replace(STANDING, has_vest=False)
-    assert [each.is_by_truck for each in played(scene(bare, duration=6.0), VESTS).touches] == [True]
+    unseen = played(scene(bare, duration=6.0), VESTS)  # bright clothes right before the truck may brake it
+    assert unseen.people == () and all(each.name is None for each in unseen.requests)
