@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from pickcli.cell.data_path import data_path
+from pickcli.cell.data_path import data_file
 from pickcli.cell.schemas.pose_schema import Name
 from pickcli.cell.tool import ToolState
 from pickcli.collision.kernel_validator import KernelValidator
@@ -202,14 +202,16 @@ def read_stack(path: Path) -> StackFile:
     return StackFile(model.name, model.period, names, model)
 
 
-def stack_file(name_or_path: str) -> Path:
+def stack_file(name: str) -> Path:
     """Return the file of a stack.
 
     Args:
-        name_or_path: A name under data/stacks, or a path.
+        name: A name under data/stacks, or a path.
 
     Returns:
-        Its path; of a name that is unknown, the path of that name.
+        The file.
+
+    Raises:
+        UnknownNameError: No stack has that name.
     """
-    packaged = data_path() / "stacks" / f"{name_or_path}.yaml"
-    return packaged if packaged.is_file() else Path(name_or_path)
+    return data_file("stack", "stacks", name)

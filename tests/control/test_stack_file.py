@@ -8,7 +8,7 @@ import pytest
 
 from pickcli.cell.data_path import data_path
 from pickcli.control.stack_file import read_stack, stack_file
-from pickcli.errors import InputError
+from pickcli.errors import InputError, UnknownNameError
 
 GRASP = (data_path() / "stacks" / "grasp.yaml").read_text()
 
@@ -18,6 +18,8 @@ def test_the_stack_of_the_package_is_found_by_its_name_and_states_its_levels() -
     assert found.task_names == (("joint_limits",), ("obstacles",), ("envelope",), ("posture",))
     assert found.period == 0.01 and found.model.goal == "envelope"
     assert stack_file("mine.yaml") == Path("mine.yaml")
+    with pytest.raises(UnknownNameError, match="did you mean 'grasp'"):
+        stack_file("grap")
 
 
 @pytest.mark.parametrize(
