@@ -85,9 +85,9 @@ def command(
         drive = watch_zone(
             plan, scene, watch, seed, Guards(guards != "vests", guards != "scanner"), observe
         )  # fmt: skip
-    write_watched_drive(output, drive, watch, overwrite)
+    write_watched_drive(output, drive, overwrite)
     if picture is not None:
-        write_text(picture, watch_svg(drive, watch), overwrite)
+        write_text(picture, watch_svg(drive), overwrite)
     figures = drive.figures(PERIOD)
     if as_json:
         emit_json({"path": str(output), **figures})
@@ -131,7 +131,7 @@ def _person(report: PersonReport) -> str:
 def _request(report: RequestReport) -> str:
     free = "nobody ahead" if report.free is None else f"{report.free:.2f} m free"
     delay = "" if report.delay is None else f", {1e3 * report.delay:.0f} ms after its reason"
-    why = "nobody is a reason" if report.name is None else f"for {report.name}"
+    why = "for something that is no person" if report.name is None else f"for {report.name}"
     return (
         f"{report.time:.2f} s: brake request by the {report.by}, {why}{delay}, at {report.speed:.2f} m/s: "
         f"rests after {report.stopping:.2f} m, {free}"

@@ -14,7 +14,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.contact_exemptions import releases
-from pickcli.verification.pile_statics import (
+from pickcli.verification.landing_statics import (
     fall_onto_others,
     is_borne,
     keeps_standing,

@@ -13,8 +13,6 @@ from pickcli.driving.driving_area import FloorBox
 from pickcli.driving.free_space_proof import truck_corners
 from pickcli.driving.steering_path import posed
 from pickcli.geometry import Array
-from pickcli.watching.protective_field import FieldSet
-from pickcli.watching.watch_file import Watch
 from pickcli.watching.watched_drive import WatchedDrive
 
 LONG_SIDE = 800.0  # px of the longer side of the walls
@@ -26,12 +24,11 @@ TRUCK, BRAKED, PERSON, TRACK, FIELD = "#56b4e9", "#d55e00", "#009e73", "#cc79a7"
 _Shape: TypeAlias = tuple[str, Array, str, str]  # kind, (N, 2) m, attributes, title
 
 
-def watch_svg(drive: WatchedDrive, watch: Watch) -> str:
+def watch_svg(drive: WatchedDrive) -> str:
     """Draw a watched drive.
 
     Args:
         drive: The drive.
-        watch: Its sensors, for the field at each brake request.
 
     Returns:
         The text of an SVG file.
@@ -46,7 +43,7 @@ def watch_svg(drive: WatchedDrive, watch: Watch) -> str:
 
     shapes = [
         f'<{kind} points="{px(places)}" {style}>{f"<title>{escape(title)}</title>" if title else ""}</{kind}>'
-        for kind, places, style, title in (*_standing(drive), *_moving(drive), *_requests(drive, watch))
+        for kind, places, style, title in (*_standing(drive), *_moving(drive), *_requests(drive))
     ]
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
@@ -88,11 +85,12 @@ def _moving(drive: WatchedDrive) -> Iterator[_Shape]:
         yield "polygon", outline, f'fill="none" stroke="{ink}" stroke-width="0.8"', f"{k * PERIOD:.1f} s"
 
 
-def _requests(drive: WatchedDrive, watch: Watch) -> Iterator[_Shape]:
-    fields = FieldSet(drive.scene.area.truck, watch.scanner, watch.fields)
+def _requests(drive: WatchedDrive) -> Iterator[_Shape]:
     for each in drive.requests:
+        if each.field is None:
+            continue
         k = min(round(each.time / PERIOD), len(drive.poses) - 1)
-        outline = fields.field_for(each.speed, each.steering).outline
+        outline = each.field.outline
         places = posed(drive.poses[k], np.column_stack([outline, np.zeros(len(outline))]))[:, :2]
         style = f'fill="{FIELD}" fill-opacity="0.15" stroke="{FIELD}" stroke-width="1"'
         yield "polygon", places, style, f"{each.time:.2f} s: brake request by {each.by}"

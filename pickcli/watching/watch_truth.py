@@ -59,6 +59,7 @@ class WatchTruth:
     motions: list[Motion] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
     _seen: list[NDArray[np.bool_]] = field(default_factory=list)
+    _watched: list[ProtectiveField | None] = field(default_factory=list)
     _in_field: list[NDArray[np.bool_]] = field(default_factory=list)
     _needs_stop: list[NDArray[np.bool_]] = field(default_factory=list)
     _in_view: list[tuple[float, NDArray[np.bool_], NDArray[np.bool_]]] = field(default_factory=list)
@@ -94,6 +95,7 @@ class WatchTruth:
         self.poses.append(pose)
         self.motions.append(motion)
         self.times.append(time)
+        self._watched.append(protective)
         self._seen.append(np.array([each.any() for each in hit], dtype=bool))
         self._in_field.append(np.array([(each & (nearest < reach)).any() for each in hit], dtype=bool))
         self._needs_stop.append(self._who_needs_a_stop(time, pose, motion, protective is not None))
@@ -192,7 +194,7 @@ class WatchTruth:
             The report.
         """
         truck, figures = self.scene.area.truck, self.watch.fields
-        k = min(round(time / PERIOD), len(self.times) - 1)
+        k = self._index(time)
         reasons = np.array((self._in_field if by == "scanner" else self._needs_stop)[: k + 1])
         since = [self._since(reasons[:, j], k) for j in range(reasons.shape[1])]
         known = [(begun, j) for j, begun in enumerate(since) if begun is not None]
@@ -204,7 +206,12 @@ class WatchTruth:
             time, by, None if who is None else self.scene.walkers[who].name, speed, self.motions[k].steering,
             stopping_distance(speed, figures.reaction, truck.acceleration),
             self._free_travel(k), None if delay is None else max(delay, 0.0),
+            self._watched[self._index(time - self.watch.scanner.delay if by == "scanner" else time)],
         )  # fmt: skip
+
+    def _index(self, time: float) -> int:
+        """Index of the instant nearest to a time."""
+        return min(max(round(time / PERIOD), 0), len(self.times) - 1)
 
     def _since(self, reason: NDArray[np.bool_], k: int) -> int | None:
         """Index of the instant at which the latest reason began, if it was there lately."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.geometry import Array
+from pickcli.watching.protective_field import ProtectiveField
 from pickcli.watching.watched_scene import WatchedScene
 
 DECIMALS = 4
@@ -54,6 +56,8 @@ class RequestReport:
         stopping: m of its travel until the truck would rest, with the reaction of the brake.
         free: m of travel until it would touch someone who stands still; None if nobody is ahead.
         delay: s since there was first a reason, at most; None if there was none.
+        field: The field that was watched, of the scan that led to it if the scanner made it; None if no
+            sensor looked where the truck drove.
     """
 
     time: float
@@ -64,6 +68,16 @@ class RequestReport:
     stopping: float
     free: float | None
     delay: float | None
+    field: ProtectiveField | None
+
+    def plain(self) -> dict[str, Any]:
+        """Return plain values, of the field what it is for."""
+        rest = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "field"}
+        of_field = {
+            f"field_{name}": None if self.field is None else getattr(self.field, name)
+            for name in ("speed", "steering")
+        }
+        return _rounded_values(rest | of_field)
 
 
 @dataclass(frozen=True)
@@ -136,15 +150,17 @@ class WatchedDrive:
             "pictures": self.n_pictures,
             "false_tracks": self.n_false,
             "people": [_plain(each) for each in self.people],
-            "requests": [_plain(each) for each in self.requests],
+            "requests": [each.plain() for each in self.requests],
             "touches": [_plain(each) for each in self.touches],
         }
 
 
-def _plain(report: PersonReport | RequestReport | TouchReport) -> dict[str, Any]:
-    return {
-        key: _rounded(value) if isinstance(value, float) else value for key, value in asdict(report).items()
-    }
+def _plain(report: PersonReport | TouchReport) -> dict[str, Any]:
+    return _rounded_values(asdict(report))
+
+
+def _rounded_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: _rounded(value) if isinstance(value, float) else value for key, value in values.items()}
 
 
 def _rounded(value: float) -> float:

@@ -11,40 +11,36 @@ import numpy as np
 from pickcli.driving.drive_tracking import PERIOD
 from pickcli.driving.steering_path import wrapped
 from pickcli.files.atomic_write import write_text
-from pickcli.watching.protective_field import FieldSet, ProtectiveField
-from pickcli.watching.watch_file import Watch
+from pickcli.watching.protective_field import ProtectiveField
 from pickcli.watching.watched_drive import DECIMALS, WatchedDrive
 from pickcli.watching.watched_scene_file import scene_to_dict
 
 SHOWN_EVERY = 5  # periods between poses in a file
 
 
-def write_watched_drive(path: Path, drive: WatchedDrive, watch: Watch, replace: bool = True) -> None:
+def write_watched_drive(path: Path, drive: WatchedDrive, replace: bool = True) -> None:
     """Write a watched drive as JSON.
 
     Args:
         path: The file.
         drive: The drive.
-        watch: Its sensors, for the fields at brake requests.
         replace: Whether an existing file may be replaced.
 
     Raises:
         InputError: The file cannot be written, or exists.
     """
-    write_text(path, json.dumps(watched_drive_to_dict(drive, watch), indent=1) + "\n", replace)
+    write_text(path, json.dumps(watched_drive_to_dict(drive), indent=1) + "\n", replace)
 
 
-def watched_drive_to_dict(drive: WatchedDrive, watch: Watch) -> dict[str, Any]:
+def watched_drive_to_dict(drive: WatchedDrive) -> dict[str, Any]:
     """Return the content of a file.
 
     Args:
         drive: The drive.
-        watch: Its sensors, for the fields at brake requests.
 
     Returns:
         Plain values.
     """
-    fields = FieldSet(drive.scene.area.truck, watch.scanner, watch.fields)
     shown = range(0, len(drive.poses), SHOWN_EVERY)
     return {
         "format": "apc watched drive",
@@ -53,8 +49,9 @@ def watched_drive_to_dict(drive: WatchedDrive, watch: Watch) -> dict[str, Any]:
         "scene": scene_to_dict(drive.scene),
         "poses": [_pose(drive, k) for k in shown],
         "fields": [
-            {"time": round(each.time, DECIMALS)} | _field(fields.field_for(each.speed, each.steering))
+            {"time": round(each.time, DECIMALS)} | _field(each.field)
             for each in drive.requests
+            if each.field is not None
         ],
         "tracks": [
             {"number": number, "places": np.round(rows, DECIMALS).tolist()}

@@ -16,7 +16,7 @@ from pickcli.geometry import pose, rotation_axis_angle
 from pickcli.scene.scene import Scene
 from pickcli.simulation.engine import Engine
 from pickcli.statics.landing import DIRECTIONS, N_DIRECTIONS, stays_on
-from pickcli.verification.pile_statics import tips_as_it_lands
+from pickcli.verification.landing_statics import tips_as_it_lands
 from support.bin_piles import EXACT, at, shaped
 
 CELL = load_cell("apc2016_delft")

@@ -15,7 +15,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.floor_placements import floor_placements
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.settle import settle
-from pickcli.verification.pile_statics import keeps_standing, leans_too_low
+from pickcli.verification.landing_statics import keeps_standing, leans_too_low
 from support.bin_piles import BIN, EXACT, at, shaped
 
 TALL, THICK, PITCH = 0.2, 0.01, np.radians(6.5)

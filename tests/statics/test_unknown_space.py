@@ -11,7 +11,8 @@ from pickcli.cell.cell import Cell
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.unknown_space import UnknownSpace
 from pickcli.statics.supports import supports_of
-from pickcli.verification.pile_statics import keeps_standing, removal
+from pickcli.verification.landing_statics import keeps_standing
+from pickcli.verification.pile_statics import removal
 from support.bin_piles import BIN, EXACT, NOISY, at, shaped
 
 BLOCK = (0.05, 0.1, 0.04)

@@ -13,7 +13,8 @@ from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import pose
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.statics.supports import Supports, supports_of
-from pickcli.verification.pile_statics import Removal, barrier, keeps_standing, may_leave, removal
+from pickcli.verification.landing_statics import keeps_standing
+from pickcli.verification.pile_statics import Removal, barrier, may_leave, removal
 from support.bin_piles import BIN, EXACT, NOISY, at, can_on_a_slope, height, of, on_a_slope, put, shaped
 
 LYING_CAN = (np.pi / 2, 0.0, 0.0)

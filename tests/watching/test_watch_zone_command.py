@@ -67,7 +67,11 @@ def test_a_stated_scene_is_played_told_and_written_alike_each_time(
     assert {key: figures[key] for key in written["figures"]} == written["figures"]
     assert figures["pictures"] == 0 and not figures["arrived"] and figures["touches"] == []
     assert len(written["fields"]) == len(figures["requests"]) >= 1
-    assert written["fields"][0]["stopping"] > 0 and len(written["fields"][0]["outline"]) > 500
+    field, request = written["fields"][0], figures["requests"][0]
+    assert (field["speed"], field["steering"]) == (request["field_speed"], request["field_steering"])
+    # It is for the speed that the truck gets to until it would brake.
+    assert field["speed"] >= request["speed"] > 0 and field["stopping"] >= request["stopping"]
+    assert len(field["outline"]) > 500
     refused(apc(*argv, "-o", one), 3, "--overwrite")
     root = ElementTree.parse(picture).getroot()
     titles = [element.text for element in root.iter() if element.tag.endswith("title")]
