@@ -32,7 +32,7 @@ from pickcli.statics.solid_contact import (
 LEAST_TILT = np.radians(1.0)  # tilt of the world, in addition to the angular error of poses
 CHOCK_TILT = np.radians(10.0)  # tilt for items that can roll, so that a slight step does not count as a chock
 LEVEL_SLOPE = np.radians(1.0)  # largest slope of the ground on which nothing begins to roll
-SETTLED = np.radians(1.5)  # rad, misalignment of faces in contact, in addition to the angular error
+SETTLED = np.radians(1.5)  # rad, misalignment of faces in contact as they lie, at most
 EXPLAINED = 2e-3  # weights; a lack of balance up to this is explained by small pose errors
 WORSE = 1e-3  # weights by which the lack must increase to count
 ROUGH = 1.0  # friction that no item exceeds on another
@@ -223,7 +223,7 @@ class Balance:
         a, b = self.graph.index[contact.a], self.graph.index[contact.b]
         both = [self.graph.items[name] for name in (contact.a, contact.b) if name in self.graph.items]
         angle = max((self.graph.scene.noise_of(placed).angle for placed in both), default=0.0)
-        solids, askew = self.graph.solids, SETTLED + 2 * angle
+        solids, askew = self.graph.solids, max(SETTLED, 2 * angle)
         mine = feature(solids.shapes[a], solids.T[a], contact.normal, askew)
         theirs = feature(solids.shapes[b], solids.T[b], -contact.normal, askew)
         return patch(mine, theirs, contact.normal, inset)

@@ -410,6 +410,20 @@ def test_what_lies_beside_its_support_as_it_is_seen_may_be_held_by_what_is_on_it
     assert supports.falling("book") == (("plank",) if tips else ())
 
 
+@pytest.mark.parametrize(("degrees", "falls"), [(1.9, False), (3.2, True)])
+def test_a_plate_over_an_edge_stays_without_its_weight_if_errors_explain_the_gap(
+    cell: Cell, degrees: float, falls: bool
+) -> None:
+    """Faces that are turned by more than errors of poses explain meet at an edge, and it settles."""
+    box = at(cell, "box", shaped(cell, (0.2, 0.2, 0.1), mass=0.4), 0.3, 0.0, 0.05)
+    edge = box.T_world_item @ pose((0.1, 0.0, 0.05), rpy=(0.0, float(np.radians(degrees)), 0.0))
+    plate = shaped(cell, (0.25, 0.14, 0.02), mass=0.02)
+    weight = shaped(cell, (0.02, 0.14, 0.04), mass=0.5)
+    plate_on_it = PlacedItem("plate", plate, BIN, edge @ pose((-0.09, 0.0, 0.01)))
+    weight_on_it = PlacedItem("weight", weight, BIN, edge @ pose((0.025, 0.0, 0.04)))
+    assert ("plate" in of(cell, box, plate_on_it, weight_on_it, noise=NOISY).falling("weight")) is falls
+
+
 def test_on_what_is_narrow_either_weight_of_a_see_saw_keeps_the_other(cell: Cell) -> None:
     """A board across a roll; one of the two is held by a tower too, and presses with what it takes."""
     roll = at(cell, "roll", shaped(cell, (0.07, 0.28), ShapeKind.CYLINDER), 0.3, 0.0, 0.07, (0, np.pi / 2, 0))
