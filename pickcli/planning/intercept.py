@@ -24,7 +24,7 @@ from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import Certify, Plan
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.arm_intercept import plan_arm_intercept, why_too_late
-from pickcli.planning.assembly.carried_motion import carried_motion
+from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tracked_stitching import Arrival, Meeting, Ramp, TimedTaking, stitch_tracked
 from pickcli.planning.belt_query import InterceptQuery, QueryBelt
@@ -53,6 +53,10 @@ PACED_COMING = 0.9  # of the limits for the way to it, whose time is that of the
 TURNED = 0.35  # s in which a way off the belt turns back, and the axis comes to rest at its end
 WIDELY = 0.25  # s too late at one place of the belt, for which others are not tried: a rule, not a proof
 MOST_MEETINGS = 8  # that are tried for one grasp
+MOST_PACED = 3  # times that lines with the item are slowed down
+KEPT = 0.97  # of the velocity that is left, between points of the trajectory
+SLOWEST = 0.1  # of their speed, at which they would last too long
+STILL = 1e-6  # m/s of an axis that does not move
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,10 +316,10 @@ def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: f
     inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
     if isinstance(inward, Failures):
         return inward
-    nowhere = Transfer((), PlaceMotion(problem.scene, (), (), 0.0))
-    outward = carried_motion(problem, PickMotion(motion.inward[0], motion, nowhere))
-    if isinstance(outward, Failures):
-        return outward
+    lifted = _lifted(problem, belt, motion)
+    if isinstance(lifted, Failures):
+        return lifted
+    motion, outward = lifted
     rests = context.method.rests(context.cell.devices, context.settings.release_time)
     taking = TimedTaking(problem, t_planned, motion, inward, outward, rests.taking)
     lasting = inward.trajectory.duration, taking.lasts
@@ -325,6 +329,42 @@ def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: f
         short = f"{context.arm.names[belt.axis]} and the window are {lacking:.2f} m too short"
         return Failures.of(Reason("out of the window", str(motion.grasp), short))
     return _Window(taking, earliest, latest)
+
+
+def _lifted(
+    problem: PickProblem, belt: _Belt, motion: GraspMotion
+) -> tuple[GraspMotion, CarriedMotion] | Failures:
+    """Time the lines with the item, as slow as the axis needs for them besides the belt.
+
+    Joints carry an item at a share of their velocity; the belt takes some of that of the axis along it.
+    """
+    context, nowhere = problem.context, Transfer((), PlaceMotion(problem.scene, (), (), 0.0))
+    share = context.cell.speed_scale * problem.target.item.speed_scale
+    left = share * float(context.arm.limits.velocity[belt.axis]) - abs(belt.speed)
+    for _ in range(MOST_PACED):
+        outward = carried_motion(problem, PickMotion(motion.inward[0], motion, nowhere))
+        if isinstance(outward, Failures):
+            return outward
+        along_belt = [
+            np.sign(belt.speed) * part.run.trajectory.velocities[:, belt.axis] for part in outward.parts
+        ]
+        fastest = float(max(speeds.max() for speeds in along_belt))
+        if fastest <= max(left, STILL):
+            return motion, outward
+        slower = KEPT * left / fastest
+        if slower < SLOWEST:
+            break
+        motion = replace(motion, outward=tuple(_slowed(each, slower) for each in motion.outward))
+    item, axis = problem.target.item.name, context.arm.names[belt.axis]
+    carries = f"{axis} carries {item} at {left + abs(belt.speed):g} m/s at most"
+    needed = f"the belt runs at {abs(belt.speed):g} m/s, and the lines need {fastest:.3f} m/s"
+    return Failures.of(Reason("joint too slow", str(motion.grasp), f"{carries}; {needed}"))
+
+
+def _slowed(segment: MotionSegment, by: float) -> MotionSegment:
+    """Scale the limits of a line, the tool's speed among them."""
+    slow, cap = segment.scaled(by), segment.limits.max_tool_speed
+    return replace(slow, limits=replace(slow.limits, max_tool_speed=None if cap is None else by * cap))
 
 
 def _between(

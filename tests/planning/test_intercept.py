@@ -245,3 +245,33 @@ def test_only_an_axis_that_carries_the_whole_arm_follows_a_belt() -> None:
     assert linear_axis(robot, np.array([-1.0, 0.0, 0.0])) == (0, -1.0)
     assert linear_axis(robot, np.array([0.0, 1.0, 0.0])) is None
     assert linear_axis(load_cell("ur5e_crates").robot, np.array([1.0, 0.0, 0.0])) is None
+
+
+@pytest.mark.parametrize("share", [0.35, 0.4])
+def test_with_an_item_that_is_carried_slowly_belt_and_lines_share_the_velocity_of_the_axis(
+    share: float,
+) -> None:
+    """The rail runs at 1 m/s: of the share for the item the belt takes 0.33 m/s, and the lines the rest."""
+    riding = stream().items[1]
+    slow = replace(riding, item=replace(riding.item, speed_scale=share))
+    carried = replace(stream(), items=(slow,))
+    now = riding.stamp + 0.3
+    plan = plan_intercept(context(), carried, InterceptQuery(riding.id, now), home())
+    assert verify(plan, carried.scene_at(now)).reasons == ()
+    axis = linear_axis(cell().robot, stream().carrier.T_world_carrier[:3, 0])
+    assert axis is not None
+    held = [segment for segment in plan.segments if segment.held is not None]
+    t = np.arange(held[0].t_start, held[-1].t_end, 1e-3)
+    fastest = np.abs(plan.trajectory.sample(t, 1)[:, axis[0]]).max()
+    assert stream().speed * (1 - 1e-6) <= fastest <= share * cell().robot.limits.velocity[axis[0]] + 1e-6
+
+
+def test_an_item_that_the_axis_carries_more_slowly_than_the_belt_runs_is_never_met() -> None:
+    riding = stream().items[1]
+    slow = replace(riding, item=replace(riding.item, speed_scale=0.3))
+    with pytest.raises(
+        NoPlanError, match=r"joint too slow: rail carries .* at 0.3 m/s at most; the belt runs"
+    ):
+        plan_intercept(
+            context(), replace(stream(), items=(slow,)), InterceptQuery(riding.id, riding.stamp + 0.3), home()
+        )

@@ -210,7 +210,7 @@ def stitch_followed(
     if (missing := scheduled[1].duration - trajectory.duration) > BETWEEN:
         return missing
     segments, trajectory, events = scheduled
-    if (too_slow := why_too_slow(context, trajectory, taking.motion.grasp)) is not None:
+    if (too_slow := why_too_slow(taking.problem, trajectory, segments, taking.motion.grasp)) is not None:
         return Failures.of(too_slow)
     n_away = sum(len(part.segments) for part in transfer.away)
     unproven = _why_not_free(

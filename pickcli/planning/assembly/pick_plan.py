@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
 from pickcli.errors import Failures, Reason
 from pickcli.io_events.event_binding import BoundEvents
 from pickcli.motion.plan import Grasp, LineTracking, Plan
+from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
-from pickcli.timing.limit_check import LIMIT_TOLERANCE, measure_limits
+from pickcli.timing.limit_check import LIMIT_TOLERANCE, measure_limits, peaks
 from pickcli.timing.trajectory_sampling import states_at
 
 RELEASE_SPEED = 0.095  # m/s from the release command on; the verifier allows 0.1
 SPEED_STEP = 1e-3  # s over which a speed is measured
+SAME_TIME = 1e-9  # s between times that count as one
 
 
 def pick_plan(
@@ -56,22 +60,40 @@ def pick_plan(
     return plan if too_fast is None else Failures.of(too_fast)
 
 
-def why_too_slow(context: PlanningContext, trajectory: Trajectory, grasp: Grasp) -> Reason | None:
+def why_too_slow(
+    problem: PickProblem, trajectory: Trajectory, segments: Sequence[Segment], grasp: Grasp
+) -> Reason | None:
     """Explain which joint is too slow for a motion to which that of a belt was added.
 
     Args:
-        context: The cell with the arm.
+        problem: The pick.
         trajectory: The motion.
+        segments: Its segments, at whose ends it has points.
         grasp: The grasp that it leads to.
 
     Returns:
-        The reason with the worst ratio to a limit; None if all limits are kept.
+        The reason with the worst ratio to a limit, or with the item to the share of the velocity limits at
+        which that is carried; None if all limits are kept.
     """
-    most = measure_limits(trajectory, context.arm.limits, context.cell.speed_scale)
-    if most.time_scale <= 1.0 + LIMIT_TOLERANCE:
+    limits, scale = problem.context.arm.limits, problem.context.cell.speed_scale
+    most = measure_limits(trajectory, limits, scale)
+    if most.time_scale > 1.0 + LIMIT_TOLERANCE:
+        worst = max(most.velocity, most.acceleration, most.jerk, key=lambda peak: peak.ratio)
+        return Reason("joint too slow", str(grasp), str(worst))
+    held = [segment for segment in segments if segment.held is not None]
+    share = scale * problem.target.item.speed_scale
+    if not held or share >= 1.0:
         return None
-    worst = max(most.velocity, most.acceleration, most.jerk, key=lambda peak: peak.ratio)
-    return Reason("joint too slow", str(grasp), str(worst))
+    t = trajectory.times
+    carried = (t[1:] > held[0].t_start + SAME_TIME) & (t[:-1] < held[-1].t_end - SAME_TIME)
+    ratios = peaks(trajectory)[0][carried].max(axis=0) / (share * limits.velocity)
+    k = int(np.argmax(ratios))
+    if ratios[k] <= 1.0 + LIMIT_TOLERANCE:
+        return None
+    name = problem.context.arm.names[k]
+    return Reason(
+        "joint too slow", str(grasp), f"{name} with the item: {ratios[k]:.3f} of the velocity allowed"
+    )
 
 
 def _why_thrown(context: PlanningContext, plan: Plan) -> Reason | None:

@@ -150,7 +150,7 @@ def stitch_tracked(
         return missing
     segments, relative, events = scheduled
     trajectory = timed.tracked.added_to(relative)
-    if (too_slow := why_too_slow(context, trajectory, taking.motion.grasp)) is not None:
+    if (too_slow := why_too_slow(taking.problem, trajectory, segments, taking.motion.grasp)) is not None:
         return Failures.of(too_slow)
     proofs = _proofs(meeting, taking, carried, timed)
     unproven = _why_not_free(meeting, taking, proofs, trajectory, segments)
