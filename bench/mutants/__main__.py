@@ -89,7 +89,7 @@ PACKAGES = (
          "verification/separation", "verification/recovery_check", "verification/exemptions",
          "verification/support_check", "verification/tool_speed", "verification/static_solids",
          "verification/held_pose", "verification/state_sampling", "verification/equilibrium",
-         "verification/body_boxes", "verification/pile", "verification/pile_statics",
+         "verification/body_boxes", "verification/contact_pile", "verification/pile_statics",
          "verification/landing_statics", "verification/pinch_check", "verification/finger_events",
          "verification/finger_kinematics", "verification/hold_choice", "verification/cloud_points",
          "verification/moving_parts", "verification/forward_kinematics", "verification/fcl_solids",

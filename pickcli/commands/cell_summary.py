@@ -45,6 +45,12 @@ def cell_summary(path: Path, arms: ArmRequest) -> dict[str, Any]:
     return {**common, "arms": own}
 
 
+def _of_scenes(cell: Cell) -> dict[str, str]:
+    """Return what scenes and streams of the cell state, if that is not the arm's own fingerprint."""
+    stated = cell.scene_fingerprint
+    return {} if stated == cell.fingerprint else {"scene_fingerprint": stated}
+
+
 def _of_one_arm(cell: Cell) -> dict[str, Any]:
     from pickcli.precompute.empty_cell_checkers import why_not_free
 
@@ -57,6 +63,7 @@ def _of_one_arm(cell: Cell) -> dict[str, Any]:
         "name": cell.name,
         "path": str(cell.path),
         "fingerprint": cell.fingerprint,
+        **_of_scenes(cell),
         "robot": robot.name,
         "joints": list(robot.joint_names),
         "links": len(robot.links),

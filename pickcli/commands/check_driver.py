@@ -14,7 +14,7 @@ from pickcli.commands.configuration_option import start_state_of
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
-from pickcli.commands.plan_verification import trusted
+from pickcli.commands.plan_verification import refuse_tracking, trusted
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
 from pickcli.simulation.installed_drivers import driver_factory
 
@@ -48,6 +48,7 @@ def command(
     from pickcli.simulation.guarded_driver import connected
 
     connect, plan = driver_factory(driver_name), read_plan(plan_path)
+    refuse_tracking(plan, plan_path)
     scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
     refuse_held(scene, scene_path)
     plan = trusted(plan, plan_path, scene, "plan it again", scene_path)

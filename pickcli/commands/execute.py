@@ -135,12 +135,9 @@ def command(
         raise click.UsageError(f"--arm {arm}: a plan names its arm; the option is for queries")
     plan = read_plan(plan_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
-    is_stream = request.stream_path is not None
-    if is_stream and planned_in is not None:
+    if request.stream_path is not None and planned_in is not None:
         raise click.UsageError("--planned-in is for scenes; leave it out with --stream")
-    scene = (
-        request.scene_of(plan, cell_name, arms) if is_stream else scene_or_empty(scene_path, cell_name, arms)
-    )
+    scene = request.surroundings(plan, scene_path, cell_name, arms)
     scene_path = request.stream_path or scene_path
     believed = scene if planned_in is None else open_scene(planned_in, cell_name, arms)
     refuse_held(scene, scene_path)

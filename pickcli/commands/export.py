@@ -12,7 +12,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, FiniteRange, RenamedOption, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output
-from pickcli.commands.plan_verification import trusted
+from pickcli.commands.plan_verification import refuse_tracking, trusted
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
 from pickcli.export.formats import format_names
 
@@ -64,6 +64,7 @@ def command(
     channels = _channels(channel_texts)
     refuse_output(output, overwrite, plan_path, scene_path, cell_name, items_path)
     plan = read_plan(plan_path)
+    refuse_tracking(plan, plan_path)
     scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
     refuse_held(scene, scene_path)
     plan = trusted(plan, plan_path, scene, "plan it again", scene_path)

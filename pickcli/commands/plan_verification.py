@@ -10,7 +10,7 @@ import click
 
 from pickcli.commands.arm_options import refuse_arm_mismatch
 from pickcli.commands.logs import stage
-from pickcli.errors import Failures, RejectedError
+from pickcli.errors import Failures, InputError, RejectedError
 
 if TYPE_CHECKING:
     from pickcli.motion.plan import Certify, Plan
@@ -66,6 +66,23 @@ def timed_certifier(scene: Scene) -> Certify:
         return judged.with_statistics(verification_ms=1e3 * (time.perf_counter() - began))
 
     return certify
+
+
+def refuse_tracking(plan: Plan, path: Path) -> None:
+    """Refuse a plan for a running conveyor, where set points go out by the clock alone.
+
+    Args:
+        plan: The plan.
+        path: Its file.
+
+    Raises:
+        InputError: Its set points follow the encoder of a conveyor.
+    """
+    if plan.tracking is not None:
+        raise InputError(
+            f"{path}: its set points follow the encoder of {plan.tracking.conveyor}, and by the clock alone "
+            "they would miss the item; apc execute --stream plays it"
+        )
 
 
 def trusted(

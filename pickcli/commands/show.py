@@ -20,7 +20,7 @@ from pickcli.commands.options import (
     refuse_missing,
     refuse_output,
 )
-from pickcli.commands.scene_options import open_scene, scene_or_empty
+from pickcli.commands.scene_options import open_scene
 from pickcli.commands.stream_options import StreamOptions, stream_options
 from pickcli.errors import InputError, StaleError, UnknownNameError
 
@@ -134,11 +134,7 @@ def _plan(
 
     plan = read_plan(path)
     request = ArmRequest.of_plan(plan, arms.standing, arms.items)
-    is_stream = stream.stream_path is not None
-    scene = (
-        stream.scene_of(plan, cell_name, request) if is_stream
-        else scene_or_empty(scene_path, cell_name, request)
-    )  # fmt: skip
+    scene = stream.surroundings(plan, scene_path, cell_name, request)
     try:
         with stage("verification"):
             return plan_page(plan, scene)

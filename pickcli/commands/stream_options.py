@@ -15,6 +15,7 @@ from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, FiniteRange
 from pickcli.commands.options import passed_as, refuse_output
 from pickcli.commands.plan_verification import timed_certifier
+from pickcli.commands.scene_options import scene_or_empty
 
 if TYPE_CHECKING:
     from pickcli.commands.plan_options import PlanOptions
@@ -75,6 +76,33 @@ class StreamOptions:
             opened = open_cell if arms.is_of_plan or arms.configurations else open_alike
             cell = None if cell_name is None else opened(cell_name, arms)
             return read_stream(self.stream_path, cell, partial(opened, request=arms))
+
+    def surroundings(
+        self, plan: Plan, scene_path: Path | None, cell_name: str | None, arms: ArmRequest
+    ) -> Scene:
+        """Return the scene in which a plan begins: of the stream, of a scene, or of an empty cell.
+
+        Args:
+            plan: The plan.
+            scene_path: File of a scene, if one is named.
+            cell_name: Name or folder of the cell; None for the one that scene or stream names.
+            arms: The arms stated on the command line.
+
+        Returns:
+            The scene.
+
+        Raises:
+            UsageError: Nothing is named; or no stream, and the plan is for a running conveyor.
+            InputError: A file or the cell cannot be read.
+            StaleError: They are not those of the plan.
+        """
+        if self.stream_path is not None:
+            return self.scene_of(plan, cell_name, arms)
+        if plan.tracking is not None:
+            raise click.UsageError(
+                f"the plan is for the running {plan.tracking.conveyor}; name the stream with --stream"
+            )
+        return scene_or_empty(scene_path, cell_name, arms)
 
     def scene_of(self, plan: Plan, cell_name: str | None, arms: ArmRequest) -> Scene:
         """Read the stream that a plan was made for, and return what is on the belt when the plan starts.

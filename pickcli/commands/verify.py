@@ -15,7 +15,7 @@ from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
 from pickcli.commands.pallet_verification import verify_pallet
-from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
+from pickcli.commands.scene_options import scene_or_cell_options
 from pickcli.commands.stream_options import StreamOptions, stream_options
 from pickcli.commands.verified_drive import verify_driven
 from pickcli.files.file_kind import DRIVE, PLAN, STACKED, FileKind
@@ -90,10 +90,7 @@ def command(
         raise InputError(f"{plan_path}: is no way back after a stop, as --stopped says; leave that out")
     request.refuse_scene(scene_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
-    is_stream = request.stream_path is not None
-    scene = (
-        request.scene_of(plan, cell_name, arms) if is_stream else scene_or_empty(scene_path, cell_name, arms)
-    )
+    scene = request.surroundings(plan, scene_path, cell_name, arms)
     try:
         with stage("verification"):
             verdict = verify(plan, scene, stopped)

@@ -10,7 +10,7 @@ from pydantic import Field
 from pickcli.files.schema import FileModel, Text
 from pickcli.scene.scene_schema import CellReference, NoiseModel, ScenePoseModel
 
-MAX_RIDING = 10_000
+MAX_RIDING = 3_000  # of random items some 0.75 MB; a file may have 1 MB
 MAX_TIME = 1e6  # s
 
 

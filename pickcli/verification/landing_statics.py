@@ -14,8 +14,8 @@ from pickcli.geometry import Array
 from pickcli.scene.scene import Scene
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.body_boxes import BodyBoxes
+from pickcli.verification.contact_pile import CARRYING_NORMAL_Z, WEIGHT_TOLERANCE, body_of, pile_at
 from pickcli.verification.equilibrium import RigidBody
-from pickcli.verification.pile import CARRYING_NORMAL_Z, WEIGHT_TOLERANCE, body_of, pile_at
 from pickcli.verification.separation import support
 
 FOOTING_NORMAL_Z = np.sin(np.radians(45.0))  # vertical part from which on an item lies on it, and leans not

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 from pickcli.cell.place import Place
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.verification.pile import CARRYING_NORMAL_Z, pile_at
+from pickcli.verification.contact_pile import CARRYING_NORMAL_Z, pile_at
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Pile:
+class ContactPile:
     """Items in one place and their contacts.
 
     Attributes:
@@ -46,7 +46,7 @@ class Pile:
     rollers: frozenset[str]
 
     @classmethod
-    def at(cls, scene: Scene, location: str) -> Pile:
+    def at(cls, scene: Scene, location: str) -> ContactPile:
         """Build the pile of all items in one place.
 
         Args:
@@ -68,7 +68,7 @@ class Pile:
         touching |= {name: _kept(touching[name]) for name in rollers}
         return cls(bodies, touching, frozenset(bodies.keys() - carried), rollers)
 
-    def around(self, item_id: str) -> Pile:
+    def around(self, item_id: str) -> ContactPile:
         """Return the part of the pile that is connected to an item by contacts.
 
         Args:
@@ -197,7 +197,7 @@ class Pile:
             if (left.missing_alone(name) > self.missing_alone(name) + WEIGHT_TOLERANCE).any()
         )
 
-    def without(self, *gone: str) -> Pile:
+    def without(self, *gone: str) -> ContactPile:
         """Return the pile without some items.
 
         Args:
@@ -256,7 +256,7 @@ class Pile:
 
 
 @lru_cache(maxsize=16)
-def pile_at(scene: Scene, location: str) -> Pile:
+def pile_at(scene: Scene, location: str) -> ContactPile:
     """Return the pile of all items in one place. Cached by identity of the scene.
 
     Args:
@@ -266,7 +266,7 @@ def pile_at(scene: Scene, location: str) -> Pile:
     Returns:
         The pile.
     """
-    return Pile.at(scene, location)
+    return ContactPile.at(scene, location)
 
 
 def _contacts(n_items: int, boxes: BodyBoxes) -> Iterator[PileContact]:
