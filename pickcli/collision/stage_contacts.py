@@ -24,6 +24,8 @@ from pickcli.statics.supports import Supports, supports_of
 LINE_DEVIATION = 0.001  # m that the target may go deeper into solids than at rest: deviation from lines
 # m, for the target without the arm, which leaves the arm the rest of LINE_DEVIATION
 ALONE_LINE_DEVIATION = 0.0005
+# m, besides what lines need: an edge that begins nearer to that is not proven, however far it leads away
+PROOF_RESERVE = 0.0001
 ANGLE_ERROR_SHARE = 0.5  # share of the depth that an angular pose error adds over the first stretch
 
 Outward = tuple[float, float, float]
@@ -280,7 +282,7 @@ class PickContacts:
     @cached_property
     def near(self) -> Mapping[str, SolidContact]:
         """Contacts within the clearance of the target at rest: its support, walls and neighbours."""
-        reach = self.scene.cell.clearance + LINE_FOLLOWING_RESERVE
+        reach = self.scene.cell.clearance + LINE_FOLLOWING_RESERVE + PROOF_RESERVE
         found = {c.b: c for c in self.supports.graph.near(self.target.id, reach, self.floor)}
         # An item near the bend of the floor rests on either side of it; one that hangs in the air on neither.
         limit = reach + self.scene.bound(self.target)

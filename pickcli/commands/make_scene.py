@@ -23,7 +23,7 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
-from pickcli.commands.pod_shift import pod_shift_option
+from pickcli.commands.pod_shift import pod_shift_option, tote_shift_option
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.trial_options import pose_noise_option
 
@@ -52,6 +52,7 @@ NEWEST = 2016  # year of items that no order names
 @click.option("--perceived", type=PATH, metavar="FILE.json",
               help="Also write the scene as perceived in a trial, with errors of the poses.")  # fmt: skip
 @pose_noise_option
+@tote_shift_option("none")
 @pod_shift_option("none")
 @cell_option
 @items_option
@@ -67,6 +68,7 @@ def command(
     perceived: Path | None,
     pose_noise: PoseNoise,
     pod_shift: Displacement | str | None,
+    tote_shift: Displacement | str | None,
     cell_name: str,
     items_path: Path | None,
     seed: int,
@@ -88,9 +90,13 @@ def command(
       apc make-scene --in bin_C=dove_beauty_bar,crayola_24_ct --in tote=dasani_water_bottle -o filled.json
     """
     from pickcli.cell.cell_file import load_workcell
+    from pickcli.cell.station import POD, TOTE
+    from pickcli.scene.scene import CarrierPose
     from pickcli.scene.scene_file import scene_hash, write_scene
+    from pickcli.simulation.reality import DEFAULT
     from pickcli.trial.order_file import order_file, read_order
     from pickcli.trial.pod_shift import NONE, pod_pose
+    from pickcli.trial.tote_shift import tote_stands
 
     noise_is_from = click.get_current_context().get_parameter_source("pose_noise")
     if perceived is None and noise_is_from is ParameterSource.COMMANDLINE:
@@ -107,6 +113,8 @@ def command(
             "nothing to place: name an order, e.g. jsk_pick_sample, or items with --in PLACE=ITEM"
         )
     T_world_pod = pod_pose(pod_shift or NONE, cell, seed)
+    tote, _ = tote_stands(tote_shift or NONE, DEFAULT, cell, seed)
+    carriers = {POD: CarrierPose(T_world_pod)} | ({} if tote is None else {TOTE: tote})
     inputs = (order_source, cell_name, items_path)
     outputs = [path for path in (output, picture, perceived) if path is not None]
     for path in outputs:
@@ -121,7 +129,7 @@ def command(
     where = "--in" if order_path is None else str(order_path)
     refuse_too_much(contents, cell, year, where)
     with stage("placing of the items"), progress("settling") as report, of_file(Path(where)):
-        scene = make_scene(contents, cell, seed, year, report, T_world_pod, leaning_share)
+        scene = make_scene(contents, cell, seed, year, report, carriers, leaning_share)
     write_scene(scene, output, overwrite)
     if perceived is not None:
         write_scene(_perceived(scene, pose_noise, seed), perceived, overwrite)

@@ -28,6 +28,8 @@ OF_ORDERS = (
     "strategy_name",
     "stow_rule",
     "pod_shift",
+    "tote_shift",
+    "locate_tote",
     "arm",
     "live",
     "live_port",

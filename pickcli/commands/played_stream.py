@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 RECORD = "trial.json"
 FEW = 8  # reasons that are printed
 OF_ORDERS = (
-    "strategy_name", "stow_rule", "pod_shift", "live", "live_port", "with_plans", "learn", "sift",
+    "strategy_name", "stow_rule", "pod_shift", "tote_shift", "locate_tote", "live", "live_port",
+    "with_plans", "learn", "sift",
 )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Option --pod-shift of the commands that make a scene."""
+"""Options --pod-shift and --tote-shift of the commands that make a scene."""
 
 from __future__ import annotations
 
@@ -30,10 +30,26 @@ def pod_shift_option(default: str) -> Callable[[F], F]:
     )  # fmt: skip
 
 
+def tote_shift_option(default: str) -> Callable[[F], F]:
+    """Give a command the option --tote-shift X,Y,YAW|random|none.
+
+    Args:
+        default: Effect without the option, for the help.
+
+    Returns:
+        A decorator that adds the option.
+    """
+    return click.option(
+        "--tote-shift", metavar="X,Y,YAW|random|none", callback=parse_pod_shift,
+        help="Displacement of the tote in mm, mm and degrees, or random, at most 30 mm and 3 degrees.  "
+        f"[default: {default}]",
+    )  # fmt: skip
+
+
 def parse_pod_shift(
     ctx: click.Context | None, param: click.Parameter | None, value: str | None
 ) -> Displacement | str | None:
-    """Parse the value of --pod-shift.
+    """Parse the value of --pod-shift or --tote-shift.
 
     Args:
         ctx: Context of click.

@@ -77,7 +77,6 @@ def command(
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.order import require_playable
     from pickcli.trial.order_file import order_file, read_order
-    from pickcli.trial.pod_shift import standing
     from pickcli.trial.trial_folder import LOOKS, PLANS, write_folder
 
     if is_stream(order_path):
@@ -94,9 +93,7 @@ def command(
     cell = cells[0]
     order = require_playable(read_order(order_path, cell), str(order_path))
     refuse_stow_rule([order])
-    standing(
-        options.pod_shift, reality, cell, seed
-    )  # a shift beyond the cell's bounds is refused before any work
+    options.refuse_misplaced(reality, cell, [order], seed)
     is_live = live or live_port is not None
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     _refuse_outputs(folder, overwrite, (order_file(order_path, cell), *options.inputs))

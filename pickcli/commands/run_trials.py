@@ -25,8 +25,8 @@ from pickcli.perception.textures.sift_views import NO_SIFT
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
+    from pickcli.cell.pod_tolerance import Displacement
     from pickcli.trial.order import Order
-    from pickcli.trial.played_trial import TrialConditions
     from pickcli.trial.trial_job import TrialJob
     from pickcli.trial.trials_folder import TrialsReport
 
@@ -97,7 +97,6 @@ def command(
     from pickcli.cell.cell_file import load_workcell
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.order_file import order_file
-    from pickcli.trial.pod_shift import standing
     from pickcli.trial.trials_folder import refuse_trials_folder
 
     workcell = load_workcell(options.cell_name, options.items_path)
@@ -105,7 +104,7 @@ def command(
     cells = options.cells(workcell)
     orders = _orders(order_paths, cells[0])
     refuse_stow_rule(orders.values())
-    standing(options.pod_shift, reality, cells[0], seeds[0])
+    options.refuse_misplaced(reality, cells[0], orders.values(), seeds[0])
     files = [order_file(path, cells[0]) for path in order_paths]
     refuse_trials_folder(output, overwrite, [f"{name}-{seed}" for name in orders for seed in seeds])
     for name in ("trials.json", "trials.html"):
@@ -220,7 +219,9 @@ def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
         "perception": str(job.conditions.perception),
         "sift": str(job.conditions.sift or NO_SIFT),
         "pose_noise": {"position_mm": 1e3 * noise.position, "angle_deg": math.degrees(noise.angle)},
-        "pod_shift": _shift(job.conditions),
+        "pod_shift": _shift(job.conditions.pod_shift, job.conditions.reality.pod_shift),
+        "tote_shift": _shift(job.conditions.tote_shift, job.conditions.reality.tote_shift),
+        "locate_tote": job.conditions.touches_tote,
         "strategy": job.conditions.strategy.name,
         "stow_rule": str(job.conditions.stow_rule),
         "approach": str(job.arms[0].context.settings.approach),
@@ -230,12 +231,13 @@ def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
     }
 
 
-def _shift(conditions: TrialConditions) -> Any:
+def _shift(stated: Displacement | str | None, is_random: bool) -> Any:
+    """A displacement of pod or tote; is_random: by the levels of reality, if none is stated."""
     from dataclasses import asdict
 
     from pickcli.trial.pod_shift import NONE, RANDOM
 
-    shift = conditions.pod_shift or (RANDOM if conditions.reality.pod_shift else NONE)
+    shift = stated or (RANDOM if is_random else NONE)
     return shift if isinstance(shift, str) else asdict(shift)
 
 

@@ -25,7 +25,7 @@ from pickcli.commands.options import (
     stow_rule_option,
     strategy_option,
 )
-from pickcli.commands.pod_shift import pod_shift_option
+from pickcli.commands.pod_shift import pod_shift_option, tote_shift_option
 from pickcli.errors import InputError
 from pickcli.perception.textures.sift_views import SiftViews
 
@@ -77,6 +77,21 @@ def perception_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
+def locate_tote_option(function: F) -> F:
+    """Give a command the option --locate-tote.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--locate-tote", is_flag=True,
+        help="Begin by touching the tote with the cup to locate it; else it is known by an estimate.",
+    )(function)  # fmt: skip
+
+
 def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value: str) -> PoseNoise:
     """Parse the value of --pose-noise.
 
@@ -123,6 +138,8 @@ class TrialOptions:
         approach: Where grasps come from.
         drop_from: From where items are dropped into a tote.
         pod_shift: Displacement of the pod in m and rad, "random" or "none"; None if not stated.
+        tote_shift: Displacement of the tote, alike.
+        locate_tote: Whether the robot begins by touching the tote to locate it.
         reality_path: File of the levels of reality; None for the default levels.
         cell_name: Name or folder of the cell.
         items_path: The user's own items.
@@ -140,6 +157,8 @@ class TrialOptions:
     approach: str
     drop_from: str
     pod_shift: Displacement | str | None
+    tote_shift: Displacement | str | None
+    locate_tote: bool
     reality_path: Path | None
     cell_name: str
     items_path: Path | None
@@ -197,6 +216,27 @@ class TrialOptions:
         )
         return [context.with_approach(approach).dropping_from(drop_from) for context in contexts]
 
+    def refuse_misplaced(self, reality: Reality, cell: Cell, orders: Iterable[Order], seed: int) -> None:
+        """Refuse, before any work, a pod or a tote beyond their bounds, and a tote that cannot be touched.
+
+        Args:
+            reality: Levels of reality, as read from the file.
+            cell: The cell as seen by the arm that moves first.
+            orders: The orders that are to be played.
+            seed: Seed of the first trial.
+
+        Raises:
+            InputError: One of them is.
+        """
+        from pickcli.trial.pod_shift import standing
+        from pickcli.trial.tote_shift import refuse_touches, tote_stands
+
+        standing(self.pod_shift, reality, cell, seed)
+        tote_stands(self.tote_shift, reality, cell, seed)
+        if self.locate_tote:
+            for order in orders:
+                refuse_touches(cell, order)
+
     def conditions(self, reality: Reality) -> TrialConditions:
         """Return the conditions of the trials.
 
@@ -226,7 +266,10 @@ class TrialOptions:
                     "--pose-noise: there are no errors with --perception truth; leave it out"
                 )
             noise = PoseNoise()
-        return TrialConditions(noise, reality, self.pod_shift, rule, strategy, kind, self._sift_of(kind))
+        return TrialConditions(
+            noise, reality, self.pod_shift, rule, strategy, kind, self._sift_of(kind), self.tote_shift,
+            self.locate_tote,
+        )  # fmt: skip
 
     def _sift_of(self, kind: PerceptionKind) -> SiftViews | None:
         """How prints are looked for; what does that is missed before any work."""
@@ -307,7 +350,9 @@ def trial_options(function: F) -> F:
     function = passed_as("options", TrialOptions)(function)
     for option in (  # the last is the first in the help
         jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
-        cell_option, reality_option, pod_shift_option("random, unless --reality says otherwise"),
+        cell_option, reality_option, locate_tote_option,
+        tote_shift_option("none, unless --reality says otherwise"),
+        pod_shift_option("random, unless --reality says otherwise"),
         approach_option, drop_from_option("rim"), stow_rule_option, strategy_option, pose_noise_option,
         sift_option(SiftViews.ALL.value, " by camera"), perception_option,
     ):  # fmt: skip

@@ -120,12 +120,26 @@ def _facts(record: Mapping[str, Any]) -> Iterator[Fact]:
     yield Fact("time", f"{record['clock_s']:.0f} s on the clock, {record['simulated_s']:.0f} s simulated")
     shift = record["pod_shift"]
     yield Fact("pod", f"shifted by {shift['x_mm']:.0f}, {shift['y_mm']:.0f} mm, {shift['yaw_deg']:.1f}°")
+    if tote := record.get("tote_shift"):
+        yield Fact("tote", f"shifted by {tote['x_mm']:.0f}, {tote['y_mm']:.0f} mm, {tote['yaw_deg']:.1f}°")
+    if touches := record.get("tote_touches"):
+        yield Fact("touches of the tote", *_told_by_touches(touches))
     if record["aborted"]:
         yield Fact("aborted", record["aborted"], Tone.BAD)
     elif record["items_in_tote"] < len(record["items"]):
         ended = why_it_ended([(tick["node"], tick["status"] == "success") for tick in record["ticks"]])
         if record["cut_short"] or ended:
             yield Fact("ended as", record["cut_short"] or ended)
+
+
+def _told_by_touches(touches: Mapping[str, Any]) -> tuple[str, Tone]:
+    """What touches told of the tote, and the tone of it."""
+    off, bound = touches.get("truly_off"), touches.get("bound")
+    if off is None or bound is None:
+        return f"not located: {touches['reason']}", Tone.FAIR
+    is_kept = all(abs(off[name]) <= bound[name] for name in ("x_mm", "y_mm", "yaw_deg"))
+    told = f"located in {touches['duration_s']:.0f} s, truly off by {off['x_mm']:.2f}, {off['y_mm']:.2f} mm"
+    return told, Tone.PLAIN if is_kept else Tone.BAD
 
 
 def _score(record: Mapping[str, Any]) -> PageTable:

@@ -13,14 +13,14 @@ from math import ceil
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
+from pickcli.cell.station import POD
 from pickcli.errors import InputError, Reason, UnknownNameError
-from pickcli.geometry import Array
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.random_scenes.bin_layout import ItemInstance, lay_out
 from pickcli.random_scenes.heap import lay_heap
 from pickcli.random_scenes.leaning_items import drawn_to_lean, leans
 from pickcli.random_scenes.leaning_placements import LeanKind
-from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene import CarrierPose, PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.simulation.settle import settle
 
@@ -39,7 +39,7 @@ def make_scene(
     seed: int,
     year: int = 2016,
     on_progress: ProgressObserver = nobody,
-    T_world_pod: Array | None = None,
+    carriers: Mapping[str, CarrierPose] | None = None,
     leaning_share: float = 0.0,
 ) -> Scene:
     """Place items at rest and without overlap.
@@ -50,7 +50,7 @@ def make_scene(
         seed: Seed of all random choices.
         year: Year of the figures of items that occur in two years.
         on_progress: Called with the number of finished bins and the name of the next, also during a search.
-        T_world_pod: (4, 4) pose of the pod; its nominal pose if None.
+        carriers: Poses of pod, tote and user-defined carriers that are displaced, by name; None if none is.
         leaning_share: Share, 0 to 1, of the items that are to lean, of those in bins that can.
 
     Returns:
@@ -68,7 +68,9 @@ def make_scene(
             raise InputError(f"{name}: expected a list of items, got {names!r}; put it into one")
     if not 0.0 <= leaning_share <= 1.0:
         raise InputError(f"leaning_share: {leaning_share} is no share; give a number from 0 to 1")
-    empty = Scene(cell, cell.T_world_pod if T_world_pod is None else T_world_pod, (), PoseNoise(), seed)
+    moved = dict(carriers or {})
+    pod = moved.pop(POD, CarrierPose(cell.T_world_pod))
+    empty = Scene(cell, pod.T_world_carrier, (), PoseNoise(), seed, pod.error, carriers=moved)
     items: list[PlacedItem] = []
     for done, (bin_name, contents) in enumerate(instances_of(bin_contents, cell, year).items()):
         tell = partial(on_progress, Progress(done, len(bin_contents), bin_name))

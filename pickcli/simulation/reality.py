@@ -40,6 +40,9 @@ class Reality:
         pod_shift: Whether the pod is displaced at random within the cell's bounds.
         pod_position_error: Bound of the estimated pod position's error on the floor, m.
         pod_angle_error: Bound of the estimated pod yaw's error, rad.
+        tote_shift: Whether the tote is displaced at random within what touches reach.
+        tote_position_error: Bound of the estimated position's error of a displaced tote on its table, m.
+        tote_angle_error: Bound of the estimated yaw's error of a displaced tote, rad.
         mass_error: Bound of the true mass's error, as a share of the stated mass.
         honest_seals: Whether faces leak as ``data/items`` states; otherwise every face seals airtight.
         compliant_cup: Whether the bellows resist compression like a spring, and comply under load; otherwise
@@ -60,6 +63,9 @@ class Reality:
     pod_shift: Switch = True
     pod_position_error: Metres = 0.002
     pod_angle_error: PodYaw = 0.00524
+    tote_shift: Switch = False
+    tote_position_error: Metres = 0.002
+    tote_angle_error: PodYaw = 0.00524
     mass_error: Share = 0.10
     honest_seals: Switch = True
     compliant_cup: Switch = True
@@ -87,6 +93,8 @@ IDEAL = Reality(
     pod_shift=False,
     pod_position_error=0.0,
     pod_angle_error=0.0,
+    tote_position_error=0.0,
+    tote_angle_error=0.0,
     mass_error=0.0,
     honest_seals=False,
     compliant_cup=False,

@@ -13,9 +13,9 @@ Read in this order:
   `jam_memory` knows which items are not to push others aside again.
 - Failures: `recovery_levels` after a stop; `arm_turns` when another arm is in the way.
 - Environment: `trial_interfaces`, implemented by the `simulated_cell`; `pod_shift` displaces the pod,
-  `pose_noise` adds errors to perceived poses. What the robot perceives is by a `trial_perception`, of which
-  `camera_looks` is the one by cameras: `simulated_cameras` take its pictures, and `camera_motion` brings them
-  there.
+  `tote_shift` the tote, `pose_noise` adds errors to perceived poses. What the robot perceives is by a
+  `trial_perception`, of which `camera_looks` is the one by cameras: `simulated_cameras` take its pictures,
+  and `camera_motion` brings them there.
 - Results: `disturbance` and `damage`, judged in the `final_state` by the rules of `score`, are part of a
   `trial_result`; `trial_folder` stores it with its `trial_record`, the `motion_record` and the official
   `output_file`; `trial_summary` has the rows of its table. `record_schema` and `motion_schema` validate

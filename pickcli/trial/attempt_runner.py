@@ -26,6 +26,7 @@ from pickcli.statics.supports import supports_of
 from pickcli.trial.camera_motion import bring_cameras
 from pickcli.trial.certifier import Certifier
 from pickcli.trial.jam_memory import JamMemory
+from pickcli.trial.tote_shift import ToteTouches
 from pickcli.trial.trial_clock import TrialClock
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult, TrialInterfaces
 from pickcli.trial.trial_perception import PerceptionKind, Touched
@@ -46,6 +47,7 @@ class AttemptRunner:
         clock: The clock of the trial.
         n_looks: Number of looks so far.
         perception: Makes the perceived scene.
+        tote: What touching the tote told; None if it was not touched.
         is_current: Whether the last perceived scene is current: nothing may have moved since the last look.
         stuck: Why the arm could not be brought to a safe place before the end of time, "" if it was.
         cut_short: What the end of time interrupted although it was possible, "" if nothing.
@@ -64,6 +66,7 @@ class AttemptRunner:
         self.stuck = self.cut_short = ""
         self.is_current = False
         self.perception = settings.perceiving(interfaces.arena.now())
+        self.tote: ToteTouches | None = None
         self._touched = Touched()
         self._is_stopped = False  # the arm is where a motion was stopped, and not where one was to end
         self._jams = JamMemory()
@@ -100,8 +103,9 @@ class AttemptRunner:
     def look(self) -> Scene:
         """Look at what is seen from where the arm is, then bring the cameras to where there is more to see.
 
-        That takes time. Cameras are not moved while the tool may hold something, or the arm is where it was
-        stopped: then places are taken to be as they were seen before.
+        That takes time. If the tote is to be touched, that comes before the first motion to look. Cameras are
+        not moved while the tool may hold something, or the arm is where it was stopped: then places are taken
+        to be as they were seen before.
 
         Returns:
             The perceived scene.
@@ -109,14 +113,31 @@ class AttemptRunner:
         arena, perception = self.interfaces.arena, self.perception
         self.wait(self.settings.reality.look_time)
         self.n_looks += 1
-        self._seen = perception.look(arena.now(), self.n_looks, self._touched)
+        self._seen = self._with_tote(perception.look(arena.now(), self.n_looks, self._touched))
         self._touched = Touched()
+        if self.settings.touches_tote and self.tote is None:
+            self._touch_tote()
         viewpoints = perception.viewpoints()
         if viewpoints and not self._is_stopped and not arena.is_holding():
             reached = bring_cameras(self, viewpoints)
-            self._seen = perception.look_from(arena.now(), self.n_looks, reached)
+            self._seen = self._with_tote(perception.look_from(arena.now(), self.n_looks, reached))
         self.is_current = True
         return self._seen
+
+    def _touch_tote(self) -> None:
+        """Locate the tote by touching it; the clock is charged for its motions and planning calls."""
+        seed = derived_seed("touch tote", self.settings.seed)
+        self.tote = self.interfaces.locate_tote(self._seen, seed)
+        self.clock = self.clock.moved(self.tote.duration)
+        for _ in range(self.tote.n_planned):
+            self.charge()
+        self._seen = self._with_tote(self._seen)
+
+    def _with_tote(self, scene: Scene) -> Scene:
+        """A perceived scene with the tote where it was felt: that tells more than the estimate."""
+        if self.tote is None:
+            return scene
+        return replace(scene, carriers={**scene.carriers, TOTE: self.tote.at})
 
     @property
     def has_time_to_plan(self) -> bool:

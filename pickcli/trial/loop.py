@@ -439,6 +439,7 @@ class _Trial:
             perception=self.settings.perception,
             sift=self.settings.sift,
             looks=runner.perception.looks,
+            tote=runner.tote,
         )
 
     def _target_result(self, state: TargetState, score: Score) -> TargetResult:

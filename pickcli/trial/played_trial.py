@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.station import POD
 from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.progress import ProgressObserver, nobody
 from pickcli.random_scenes.make_scene import make_scene
-from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.scene.scene import TOTE, CarrierPose, PoseNoise, Scene
 from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
@@ -25,6 +26,7 @@ from pickcli.trial.pod_shift import standing
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.stow_assignment import StowRule
+from pickcli.trial.tote_shift import tote_stands
 from pickcli.trial.trial_folder import pictures_of_looks
 from pickcli.trial.trial_perception import PerceptionKind
 from pickcli.trial.trial_record import record_digest, trial_record
@@ -48,6 +50,8 @@ class TrialConditions:
         strategy: Decides what is tried next.
         perception: Source of the perceived scene.
         sift: How cameras look for the prints of items; None for shapes and colours only.
+        tote_shift: Displacement of the tote, "random" or "none"; None to follow ``reality``.
+        touches_tote: Whether the robot begins by touching the tote to locate it.
     """
 
     noise: PoseNoise = DEFAULT_NOISE
@@ -57,6 +61,8 @@ class TrialConditions:
     strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
     perception: PerceptionKind = PerceptionKind.NOISE
     sift: SiftViews | None = None
+    tote_shift: Displacement | str | None = None
+    touches_tote: bool = False
 
 
 @dataclass(frozen=True)
@@ -124,12 +130,15 @@ def stowed_scene(request: TrialRequest, cell: Cell, on_progress: ProgressObserve
         The true scene.
 
     Raises:
-        InputError: The items do not fit in a place, or the pod would be beyond its displacement bounds.
+        InputError: The items do not fit in a place, or pod or tote would be beyond their displacement
+            bounds.
     """
     order, conditions = request.order, request.conditions
     T_world_pod, _ = standing(conditions.pod_shift, conditions.reality, cell, request.seed)
+    tote, _ = tote_stands(conditions.tote_shift, conditions.reality, cell, request.seed)
+    carriers = {POD: CarrierPose(T_world_pod)} | ({} if tote is None else {TOTE: tote})
     leaning_share = conditions.reality.leaning_share
-    return make_scene(order.contents, cell, request.seed, order.year, on_progress, T_world_pod, leaning_share)
+    return make_scene(order.contents, cell, request.seed, order.year, on_progress, carriers, leaning_share)
 
 
 def play_trial(
@@ -155,13 +164,14 @@ def play_trial(
     """
     first, conditions, seed = arms[0], request.conditions, request.seed
     _, reality = standing(conditions.pod_shift, conditions.reality, first.context.cell, seed)
+    _, reality = tote_stands(conditions.tote_shift, reality, first.context.cell, seed)
     cells = tuple(arm.context.cell for arm in arms)
     recorder = MotionRecorder(positions_at_start(arms))
     with closing(SimulatedArena(scene, reality, seed, first.parked, recorder)) as arena:
         before, began = arena.picture(), time.perf_counter()
         settings = TrialSettings(
             seed, conditions.noise, reality, stow_rule=conditions.stow_rule, strategy=conditions.strategy,
-            perception=conditions.perception, sift=conditions.sift,
+            perception=conditions.perception, sift=conditions.sift, touches_tote=conditions.touches_tote,
         )  # fmt: skip
         interfaces = interfaces_of(arms, arena)
 

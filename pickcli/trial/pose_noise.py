@@ -1,8 +1,8 @@
 """Simulated perception: true poses with bounded errors, and occasional outliers.
 
 The only interface from true to perceived poses: planning and verification use only its result, with the error
-bounds. The pod's pose is estimated once, as the organisers shift it before a trial and not during it; items
-are perceived again in every look.
+bounds. The poses of the pod and of a displaced tote are estimated once, as they are shifted before a trial
+and not during it; items are perceived again in every look.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ import numpy as np
 
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement, displaced
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
-from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.places import OUTSIDE, nearest_place
 from pickcli.simulation.reality import IDEAL, Reality
 from pickcli.trial.pod_shift import random_displacement
+from pickcli.trial.tote_shift import estimated_tote
 
 DEFAULT_NOISE = PoseNoise(position=0.002, angle=np.deg2rad(1.0))
 
@@ -26,7 +27,8 @@ def perceive(true: Scene, noise: PoseNoise, seed: int, look: int, reality: Reali
     """Perceive a scene, with errors.
 
     Items in places are displaced, and assigned to the place nearest to their perceived pose; items on the
-    floor are not perceived. The pod is at its estimated pose, with the error bounds in ``pod_error``.
+    floor are not perceived. The pod is at its estimated pose, with the error bounds in ``pod_error``, and
+    so is a displaced tote, in ``carriers``.
 
     Args:
         true: The true scene.
@@ -35,7 +37,7 @@ def perceive(true: Scene, noise: PoseNoise, seed: int, look: int, reality: Reali
         seed: Seed of the trial.
         look: Number of the look. An item's error depends only on seed, its id and the look, so that it does
             not change with other items.
-        reality: Levels of outliers and of the pod's pose error.
+        reality: Levels of outliers and of the errors of the poses of pod and tote.
 
     Returns:
         The perceived scene.
@@ -45,6 +47,8 @@ def perceive(true: Scene, noise: PoseNoise, seed: int, look: int, reality: Reali
     # The bounds refer to the pose of the true pod relative to the estimated one.
     T_world_pod = true.T_world_pod @ inverse(displaced(np.eye(4), off.x, off.y, off.yaw))
     seen = replace(true, noise=noise, T_world_pod=T_world_pod, pod_error=error)
+    if TOTE in true.carriers:
+        seen = replace(seen, carriers={**true.carriers, TOTE: estimated_tote(true, reality, seed)})
     items = tuple(
         _displaced(placed, noise, reality, derived_rng("pose noise", seed, placed.id, look))
         for placed in true.items

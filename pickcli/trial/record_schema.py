@@ -140,10 +140,17 @@ class _ScoreLine(_Part):
     reason: Text
 
 
-class _PodShift(_Part):
+class _Shift(_Part):
     x_mm: Figure
     y_mm: Figure
     yaw_deg: Figure
+
+
+class _ToteTouches(_Part):
+    reason: Text
+    duration_s: Figure
+    bound: _Shift | None = None
+    truly_off: _Shift | None = None
 
 
 class _MadeFrom(_Part):
@@ -166,7 +173,9 @@ class _Record(_Part):
     simulated_s: Figure
     clock_s: Figure
     aborted: Text
-    pod_shift: _PodShift
+    pod_shift: _Shift
+    tote_shift: _Shift | None = None
+    tote_touches: _ToteTouches | None = None
     attempts: list[_Attempt]
     ticks: list[_Tick] = []
     looks: list[_Look] = []

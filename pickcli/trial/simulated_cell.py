@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from pickcli.calibration.tote_location import LocatingSettings, locate_tote
 from pickcli.cell.cell import ArmState, Cell
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
@@ -35,6 +36,7 @@ from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind, disturbances
 from pickcli.trial.final_state import Drop
 from pickcli.trial.score import ScoringRules
+from pickcli.trial.tote_shift import ToteTouches, felt_tote, unlocated_tote
 from pickcli.trial.trial_interfaces import LONGEST_RELEASE, ExecutionResult, TrialInterfaces
 from pickcli.verification.verify import verify
 
@@ -191,6 +193,25 @@ class SimulatedArena:
         noted.t_end = world.t
         return self._settled(ExecutionResult(LONGEST_RELEASE), began, world.grip.releases[n_releases:], "")
 
+    def locate_tote(self, context: PlanningContext, scene: Scene, seed: int) -> ToteTouches:
+        """Touch the tote, beginning where the arm is.
+
+        Args:
+            context: The cell with what motions are planned by.
+            scene: The perceived scene, for all but where the tote is.
+            seed: Seed of all random choices, and of the errors of the joints.
+
+        Returns:
+            Where it was found, or why it was not, with the time that it took.
+        """
+        settings, began, cell = LocatingSettings(), self._world.t, scene.cell
+        try:
+            located = locate_tote(context, scene, self._world, settings, seed)
+        except (InputError, NoPlanError) as error:
+            took = self._world.t - began
+            return ToteTouches(unlocated_tote(cell), took, settings.n_touches, reason=str(error))
+        return ToteTouches(felt_tote(located, cell), located.duration, settings.n_touches, located)
+
     def _settled(
         self, run: ExecutionResult, began: float, releases: Iterable[Release], target: str
     ) -> ExecutionResult:
@@ -270,12 +291,17 @@ def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInter
         own = by_arm[scene.cell.arm]
         return plan_topple(own.context, scene, query, start, seed, own.experience_recorder, certify)
 
+    def touch_tote(scene: Scene, seed: int) -> ToteTouches:
+        return arena.locate_tote(by_arm[scene.cell.arm].context, scene, seed)
+
     def move(scene: Scene, start: Start, goal: MoveGoal, seed: int, label: str) -> Plan:
         own = by_arm[scene.cell.arm]
         return plan_move(own.context, scene, start, goal, seed, label, own.experience_recorder)
 
     if len(by_arm) == 1:
-        return TrialInterfaces(plan, recover, bring, verify, arena, topple=topple, move=move)
+        return TrialInterfaces(
+            plan, recover, bring, verify, arena, topple=topple, move=move, locate_tote=touch_tote
+        )
 
     def rank(scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
         return rank_arms(scenes, {arm: own.preference for arm, own in by_arm.items()}, query, seed)
@@ -288,7 +314,9 @@ def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInter
         return move(scene, start, goal, seed, f"park arm {scene.cell.arm}")
 
     cells = {arm: own.context.cell for arm, own in by_arm.items()}
-    return TrialInterfaces(plan, recover, bring, verify, arena, cells, rank, park, topple, move)
+    return TrialInterfaces(
+        plan, recover, bring, verify, arena, cells, rank, park, topple, move, locate_tote=touch_tote
+    )
 
 
 def _let_go(world: World, duration: float, open_to: ToolState | None) -> None:

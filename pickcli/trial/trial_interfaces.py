@@ -24,6 +24,7 @@ from pickcli.planning.topple import TopplingQuery
 from pickcli.scene.scene import Scene
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.final_state import Drop
+from pickcli.trial.tote_shift import ToteTouches, unlocated_tote
 
 if TYPE_CHECKING:
     from pickcli.simulation.contacts import Collision
@@ -301,6 +302,22 @@ class RankArms(Protocol):
         ...
 
 
+class LocateTote(Protocol):
+    """Locates the tote by touching it, such as ``calibration.tote_location.locate_tote``."""
+
+    def __call__(self, scene: Scene, seed: int) -> ToteTouches:
+        """Locate the tote.
+
+        Args:
+            scene: The perceived scene, for all but where the tote is.
+            seed: Seed of all random choices.
+
+        Returns:
+            Where it is believed to stand since, or why it was not located.
+        """
+        ...
+
+
 def _never_parked(scene: Scene, start: Start, seed: int) -> Plan:
     raise NoPlanError("parking", [Reason("the cell has one arm")])
 
@@ -311,6 +328,10 @@ def _never_moved(scene: Scene, start: Start, goal: MoveGoal, seed: int, label: s
 
 def _never_toppled(scene: Scene, query: TopplingQuery, start: Start, seed: int, certify: Certify) -> Plan:
     raise NoPlanError(f"topple {query.item}", [Reason("the trial has no planner for it")])
+
+
+def _never_touched(scene: Scene, seed: int) -> ToteTouches:
+    return ToteTouches(unlocated_tote(scene.cell), 0.0, 0, reason="the trial has nothing to touch it with")
 
 
 def _nothing_to_rank(scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
@@ -332,6 +353,7 @@ class TrialInterfaces:
         park: Plans the parking motion of an arm, if there are several.
         topple: Plans to topple an item that stands on edge in an open box.
         move: Plans a move of the empty tool.
+        locate_tote: Locates the tote by touching it.
     """
 
     plan: PlanPick
@@ -344,3 +366,4 @@ class TrialInterfaces:
     park: PlanParking = _never_parked
     topple: PlanTopple = _never_toppled
     move: PlanMove = _never_moved
+    locate_tote: LocateTote = _never_touched

@@ -27,11 +27,12 @@ from pickcli.files.file_kind import TRIAL
 from pickcli.files.json_reader import parse_json
 from pickcli.motion.plan import Plan
 from pickcli.perception.textures.sift_views import NO_SIFT
-from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.strategy.strategy_player import Tick
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.record_schema import refuse_bad_record
+from pickcli.trial.tote_shift import ToteTouches, tote_displacement
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_perception import LookRecord, PerceivedItem
 from pickcli.trial.trial_result import Attempt, RecoveryStep, TargetResult, TrialResult
@@ -84,6 +85,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "perception": str(result.perception),
         "sift": str(result.sift or NO_SIFT),
         "pod_shift": _pod_shift(result.before),
+        **_tote(result),
         "reality": result.reality.as_dict(),
         "score_lines": [dataclasses.asdict(line) for line in result.score.lines],
         "final_places": {item.id: item.end for item in result.final.items},
@@ -240,6 +242,48 @@ def _pod_shift(scene: Scene) -> dict[str, float]:
     """Displacement of the true pod from its nominal pose."""
     x, y = (_rounded(1e3 * v) for v in scene.T_nominal_pod[:2, 3])
     return {"x_mm": x, "y_mm": y, "yaw_deg": _rounded(np.degrees(yaw_of(scene.T_nominal_pod)))}
+
+
+def _tote(result: TrialResult) -> dict[str, Any]:
+    """Displacement of the true tote, and what touches told of it; empty for one at its place, untouched."""
+    true, touches = result.before, result.tote
+    told: dict[str, Any] = {}
+    if TOTE in true.carriers:
+        told["tote_shift"] = _tote_in_mm(tote_displacement(true))
+    if touches is not None:
+        told["tote_touches"] = {
+            "reason": touches.reason,
+            "duration_s": _rounded(touches.duration),
+            "planning_calls": touches.n_planned,
+            **_located_tote(touches, true),
+        }
+    return told
+
+
+def _located_tote(touches: ToteTouches, true: Scene) -> dict[str, Any]:
+    """The estimate of a located tote, with the truth beside it."""
+    located = touches.located
+    if located is None:
+        return {}
+    estimate, off = located.estimate, touches.off(true)
+    return {
+        "bound": _tote_in_mm(dict(zip(estimate.names, estimate.bounds.tolist(), strict=True))),
+        "truly_off": _tote_in_mm(off),
+        "touches": [
+            {"name": each.touched.aim.name, "force": _rounded(each.record.most_force)}
+            for each in located.touches
+        ],
+    }
+
+
+def _tote_in_mm(offset: Mapping[str, float]) -> dict[str, float]:
+    """Offsets of a tote by name, in mm and degrees."""
+    return {
+        f"{name}_deg" if name == "yaw" else f"{name}_mm": _rounded(
+            np.degrees(value) if name == "yaw" else 1e3 * value
+        )
+        for name, value in offset.items()
+    }
 
 
 def _target(target: TargetResult) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.final_state import FinalState
 from pickcli.trial.order import ANY_BIN, Order, Target
 from pickcli.trial.score import Score
+from pickcli.trial.tote_shift import ToteTouches
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_perception import LookRecord, PerceptionKind
 
@@ -224,6 +225,7 @@ class TrialResult:
         perception: Source of the perceived scene.
         sift: How cameras looked for the prints of items; None for shapes and colours only.
         looks: All looks by cameras.
+        tote: What touching the tote at the start told; None if it was not touched.
     """
 
     order: Order
@@ -249,6 +251,7 @@ class TrialResult:
     perception: PerceptionKind = PerceptionKind.NOISE
     sift: SiftViews | None = None
     looks: tuple[LookRecord, ...] = ()
+    tote: ToteTouches | None = None
 
     @property
     def executions(self) -> tuple[ExecutionResult, ...]:

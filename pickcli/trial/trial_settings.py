@@ -27,6 +27,7 @@ class TrialSettings:
         strategy: Decides what is tried next.
         perception: Source of the perceived scene.
         sift: How cameras look for the prints of items; None for shapes and colours only.
+        touches_tote: Whether the robot begins by touching the tote to locate it.
     """
 
     seed: int = 0
@@ -37,6 +38,7 @@ class TrialSettings:
     strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
     perception: PerceptionKind = PerceptionKind.NOISE
     sift: SiftViews | None = None
+    touches_tote: bool = False
 
     def perceiving(self, true: Scene) -> Perception:
         """Return what makes the perceived scene.

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pickcli.cell.pod_tolerance import pod_stand
+from pickcli.scene.scene import TOTE
 from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind
 from pickcli.trial.order import OrderKind
+from pickcli.trial.tote_shift import tote_displacement
 from pickcli.trial.trial_perception import PerceptionKind
 from pickcli.trial.trial_result import TargetResult, TrialResult
 
@@ -81,6 +83,7 @@ def summary(result: TrialResult) -> tuple[str, ...]:
     ]
     if result.before.cell.pod.bins:
         lines.append(f"the pod stood {pod_stand(result.before.T_nominal_pod)}")
+    lines += _tote(result)
     lines += [
         f"arm {arm}: {work.delivered} of {work.executed} picks delivered" for arm, work in result.arms.items()
     ]
@@ -142,6 +145,27 @@ def _seen(result: TrialResult) -> str:
         f"planning saw poses with an error of up to {1e3 * result.noise.position:g} mm and "
         f"{math.degrees(result.noise.angle):g} degrees{_outliers(result.reality)}"
     )
+
+
+def _tote(result: TrialResult) -> list[str]:
+    """Where a displaced tote stood, and what touches told of it."""
+    lines, true, touches = [], result.before, result.tote
+    if TOTE in true.carriers:
+        shift = tote_displacement(true)
+        lines.append(
+            f"the tote stood {1e3 * shift['x']:.1f} mm, {1e3 * shift['y']:.1f} mm and "
+            f"{math.degrees(shift['yaw']):.2f} degrees off its place"
+        )
+    if touches is not None and touches.located is None:
+        told = f"touches took {touches.duration:.1f} s and did not locate the tote"
+        lines.append(f"{told}: {touches.reason}")
+    elif touches is not None:
+        off = touches.off(true)
+        lines.append(
+            f"touches located the tote in {touches.duration:.1f} s, truly off by "
+            f"{1e3 * math.hypot(off['x'], off['y']):.2f} mm and {math.degrees(abs(off['yaw'])):.3f} degrees"
+        )
+    return lines
 
 
 def _outliers(reality: Reality) -> str:

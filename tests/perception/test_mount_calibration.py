@@ -11,6 +11,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import displaced, yaw_of
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.sensors.mounted_camera import MountedCamera, MountError
+from pickcli.cell.station import POD
 from pickcli.geometry import Array, inverse, pose, rotation_from_vector, rotation_vector
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import measure_depth
@@ -18,7 +19,7 @@ from pickcli.perception.mount_calibration import UNDERSTATED, PodLook, calibrate
 from pickcli.perception.pod_fit import CameraFit
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.random_scenes.make_scene import make_scene
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import CarrierPose, Scene
 
 MOUNT = MountError(0.001, 0.0035)
 BINS = "ABCDEFGHIJKL"
@@ -82,7 +83,7 @@ def test_pictures_taken_by_a_camera_that_is_off_leave_the_pod_within_its_bounds(
     rng = np.random.default_rng(11)
     camera = replace(cell.cameras["hand"], model=read_sensor(sensor_file(sensor)), error=MOUNT)
     T_world_pod = displaced(cell.T_world_pod, 0.02, -0.03, 0.015)
-    scene = make_scene(CONTENTS, cell, seed=3, T_world_pod=T_world_pod)
+    scene = make_scene(CONTENTS, cell, seed=3, carriers={POD: CarrierPose(T_world_pod)})
     by_stated = []
     for seed in range(3):
         looks, errors = taken_looks(scene, camera, "AFHL", drawn_mount(rng, MOUNT), seed)

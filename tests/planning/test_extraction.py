@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.cartesian.corridor import SIDEWAYS_OFFSETS
 from pickcli.cell.cell import Cell
-from pickcli.collision.free_flyer import FreeItemChecker
+from pickcli.collision.free_flyer import LINE_FOLLOWING_RESERVE, FreeItemChecker
 from pickcli.errors import Failures
 from pickcli.geometry import Array, pose
 from pickcli.planning.pick_problem import PickProblem
@@ -18,6 +18,7 @@ from pickcli.planning.stages.extraction import CorridorSet, Extraction, extracti
 from pickcli.planning.stages.lift_sampling import IN_OPEN_BOX, IN_SHELF, LiftSpace, climbed
 from pickcli.planning.stages.planned_extraction import MAX_LINES, OUT_OF_SHELF, planned_corridors
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.unknown_space import UnknownSpace
 
 BIN = "bin_E"
 
@@ -193,3 +194,23 @@ def test_what_is_wider_than_the_mouth_goes_through_it_rolled(mailer: Extraction)
     for D in found:
         assert is_proven(mailer.leaving, mailer.carrying, D)
         assert np.abs(D[:, 5]).max() > np.arccos(mailer.place.access.width / width)
+
+
+@pytest.mark.parametrize("beyond", [-1e-6, 1e-11, 1e-8, 1e-6, 1e-5, 5e-5, 1.2e-4, 1e-3])
+def test_what_is_a_hair_beyond_what_lines_keep_off_does_not_hold_an_item_down(
+    context: PlanningContext, beyond: float
+) -> None:
+    """Unknown space right under the thin floor: no edge is proven that begins at just the needed distance."""
+    cell = context.cell
+    below, (name, T) = cell.pod.bins["bin_H"], standing(cell, "crayola_24_ct", 0.2, 0.0)
+    T_below = cell.T_world_place(below)
+    noise = PoseNoise(0.002, float(np.radians(1.0)))
+    placed = PlacedItem(name, cell.item(name), BIN, cell.T_world_place(cell.pod.bins[BIN]) @ T)
+    bottom = float(placed.T_world_item[2, 3]) - float(placed.item.shape.extents[2]) / 2
+    apart = cell.clearance + LINE_FOLLOWING_RESERVE + noise.bound(placed.item) + beyond
+    top = bottom - apart - float(T_below[2, 3])
+    middle = (np.linalg.inv(T_below) @ placed.T_world_item)[:2, 3]
+    box = np.array([[[*(middle - 0.02), top - 0.05], [*(middle + 0.02), top]]])
+    scene = Scene(cell, cell.T_world_pod, (placed,), noise, unknown=(UnknownSpace("bin_H", T_below, box),))
+    problem = PickProblem(context, scene, cell.pod.bins[BIN], placed, cell.places["tote"], seed=0)
+    assert not isinstance(extraction_of(problem).corridors, Failures)

@@ -13,11 +13,12 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.station import POD
 from pickcli.errors import InputError, Reason, UnknownNameError
 from pickcli.geometry import inverse
 from pickcli.progress import Progress
 from pickcli.random_scenes.make_scene import MAX_ITEMS, make_scene, refuse_too_much
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import CarrierPose, Scene
 from pickcli.scene.scene_file import read_scene, write_scene
 from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
 from pickcli.simulation.engine import Engine
@@ -185,7 +186,7 @@ def test_make_scene_leaves_no_pile_that_creeps() -> None:
         "staples_index_cards", "safety_first_outlet_plugs", "barkely_hide_bones",
     ]  # fmt: skip
     T_world_pod = pod_pose(RANDOM, CELL, 9103)
-    scene = make_scene({"bin_F": names}, CELL, 9103, T_world_pod=T_world_pod)
+    scene = make_scene({"bin_F": names}, CELL, 9103, carriers={POD: CarrierPose(T_world_pod)})
     assert moved_awake(scene, 5.0) < 5e-3  # awake all the time, which a pile in a trial is not; 1.4 m before
 
 
