@@ -131,7 +131,7 @@ def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
         offset, slip = record["offset_m"], record["slip_m_s"]
         lines.append(
             f"tool off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
-            f"{1e3 * slip['p95']:.1f} mm/s along the belt in 95 of 100 picks"
+            f"{1e3 * slip['p95']:.1f} mm/s along the belt (95th percentile of {record['attempted']} picks)"
         )
     others = [each for each in result.items if str(each.outcome) != "delivered"]
     lines += [f"{each.item}: {each.outcome}: {each.reason}" for each in others[:FEW]]

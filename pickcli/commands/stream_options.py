@@ -192,6 +192,8 @@ def plan_from_stream(
     stream, now = request.stream(options.cell_name, options.arms()), request.now or 0.0
     if item not in (ids := [riding.id for riding in stream.items]):
         raise UnknownNameError("item", item, ids, str(request.stream_path))
+    if into == stream.conveyor and stream.speed > 0.0:
+        raise click.UsageError(f"--into {into}: it runs, and nothing is set down on it; name another place")
     stream = stream.presenting(item)
     scene = stream.scene_at(now)
     query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))

@@ -39,6 +39,19 @@ def test_a_pick_is_planned_and_verified_for_its_time_only(stream: Path, tmp_path
     )
 
 
+def test_a_plan_for_a_running_belt_needs_its_stream_and_is_not_exported(stream: Path, tmp_path: Path) -> None:
+    """By the clock alone, its set points would miss an item on a belt that is not quite as fast."""
+    plan, out = tmp_path / "plan.json", tmp_path / "plan.csv"
+    assert apc("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "-o", plan).code == 0
+    for words in (("verify", plan), ("execute", plan), ("show", plan, "-o", tmp_path / "plan.html")):
+        misused(apc(*words), "the plan is for the running belt; name the stream with --stream")
+        misused(apc(*words, "--cell", "conveyor_sia20"), "name the stream with --stream")
+    told = "its set points follow the encoder of belt"
+    refused(apc("export", plan, "--format", "csv", "--cell", "conveyor_sia20", "-o", out), 3, told)
+    refused(apc("check-driver", "recorder", plan, "--cell", "conveyor_sia20"), 3, told)
+    assert not out.exists()
+
+
 def test_by_default_the_first_item_is_picked_as_it_enters(stream: Path, tmp_path: Path) -> None:
     planned = apc("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "-o", tmp_path / "p.json")
     assert planned.code == 0 and "certified" in planned.out
@@ -74,6 +87,11 @@ def test_options_that_contradict_each_other_are_wrong_usage(
     stream: Path, words: tuple[str, ...], told: str, tmp_path: Path
 ) -> None:
     misused(apc("plan-pick", "--stream", stream, *words, "-o", tmp_path / "p.json"), told)
+
+
+def test_nothing_is_set_down_on_a_running_belt(stream: Path, tmp_path: Path) -> None:
+    words = ("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "--into", "belt")
+    misused(apc(*words, "-o", tmp_path / "p.json"), "--into belt: it runs, and nothing is set down on it")
 
 
 def test_names_that_are_unknown_are_told(stream: Path, tmp_path: Path) -> None:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from pickcli.commands.make_stream import MOST_ITEMS
+from pickcli.scene.stream_schema import MAX_RIDING
 from support.command_line import apc, misused, refused
 
 
@@ -75,3 +77,23 @@ def test_fingers_are_brought_what_they_can_pinch(tmp_path: Path) -> None:
     assert "dove_beauty_bar" in names and not names & {"kleenex_tissue_box", "folgers_classic_roast_coffee"}
     told = json.loads(apc("inspect", path, "--json").out)  # no arm need be named
     assert told["n_items"] == 40
+
+
+@pytest.mark.parametrize("cell", ["conveyor_sia20", "pr2_belt"])
+def test_it_tells_the_fingerprint_that_a_stream_of_its_cell_states(cell: str, tmp_path: Path) -> None:
+    path = tmp_path / "stream.json"
+    assert apc("make-stream", "--cell", cell, "--items", "2", "--seed", "2", "-o", path).code == 0
+    stated = json.loads(path.read_text())["cell"]["fingerprint"]
+    assert json.loads(apc("inspect", path, "--json").out)["cell_fingerprint"] == stated
+    told = json.loads(apc("inspect", cell, "--json").out)
+    assert told.get("scene_fingerprint", told.get("fingerprint")) == stated
+
+
+@pytest.mark.slow
+def test_the_longest_stream_that_is_made_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "stream.json"
+    assert apc("make-stream", "--items", MOST_ITEMS, "--seed", "2", "-o", path).code == 0
+    assert json.loads(apc("inspect", path, "--json").out)["n_items"] == MOST_ITEMS == MAX_RIDING
+    misused(
+        apc("make-stream", "--items", MOST_ITEMS + 1, "--seed", "2", "-o", tmp_path / "more.json"), "--items"
+    )
