@@ -244,7 +244,7 @@ class Suction:
             return OPEN
         item, T_item_world = self._items[name], inverse(self._engine.pose(name))
         tip = T_item_world[:3] @ T_world_tip[:, 3]
-        face = face_at(item.shape, tip)
+        face = face_at(item, tip)
         rooms, cup = item.rooms(face, tip), self._tool.cup
         if float(rooms.min()) < cup.radius:  # air comes in beyond the edges of a box
             seal = item.seals[face] if self._has_honest_seals else 1.0
@@ -307,16 +307,24 @@ class Suction:
         self._engine.twist(self._robot, -torque, self._tool.last_link)
 
 
-def face_at(shape: Shape, point: Array) -> str:
-    """Return the name of the face nearest to a point, among ``shape.face_names``.
+def face_at(item: Item, point: Array) -> str:
+    """Return the name of the face nearest to a point, among ``item.face_names``.
 
     Args:
-        shape: The shape.
-        point: (3,) m in the shape's own frame.
+        item: The item.
+        point: (3,) m in the item frame.
 
     Returns:
         The name.
     """
+    shape = item.shape
+    for hollow in item.hollows:
+        low, high = hollow.bounds(shape)
+        inside = np.clip(point, low, high)
+        # Behind its bottom as far as in front of it: a cup is pressed on.
+        is_near = abs(float(point[hollow.axis]) - hollow.height(shape)) <= hollow.depth / 2
+        if is_near and hollow.contains(shape, np.where(np.arange(3) == hollow.axis, inside, point)):
+            return hollow.bottom
     if shape.kind is ShapeKind.SPHERE:
         return "sphere"
     out = np.abs(point) - shape.extents / 2

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 
@@ -23,8 +25,18 @@ from pickcli.verification.forward_kinematics import (
     stated_position,
     touching_joints,
 )
+from pickcli.verification.hollow_walls import opened
+
 
 SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the moving cup
+
+
+class Against(StrEnum):
+    """What a part is tested against."""
+
+    ALL = "all"
+    WORLD = "world"
+    ROBOT = "robot"
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +59,8 @@ class Part:
         is_cup: Whether it is the cup.
         is_finger: Whether it belongs to a finger of a gripper.
         is_held: Whether it is the held item.
+        against: What it is tested against: the outer shape of an item that is held by the bottom of a hollow
+            only against the world, and its body around that hollow only against the robot.
     """
 
     name: str
@@ -60,6 +74,7 @@ class Part:
     is_cup: bool = False
     is_finger: bool = False
     is_held: bool = False
+    against: Against = Against.ALL
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +87,7 @@ class Fixture:
         shape: The shape.
         solid: The shape in fcl.
         slack: m that any point may be outside of its shape.
+        is_wall: Whether it is a wall of the hollow by which its item is taken, which nothing may touch.
     """
 
     name: str
@@ -79,6 +95,7 @@ class Fixture:
     shape: Shape
     solid: Solid
     slack: float = 0.0
+    is_wall: bool = False
 
 
 def fixtures(scene: Scene) -> tuple[Fixture, ...]:
@@ -97,19 +114,45 @@ def fixtures(scene: Scene) -> tuple[Fixture, ...]:
     return tuple(found)
 
 
+def around_hollow(found: Iterable[Fixture], plan: Plan, scene: Scene) -> tuple[Fixture, ...]:
+    """Open the item that a plan takes by the bottom of a hollow: the tool may enter that hollow, and no other.
+
+    Args:
+        found: Fixtures, the items as their outer shapes.
+        plan: The plan.
+        scene: The plan's scene.
+
+    Returns:
+        The fixtures, the outer shape of that item replaced by the solids around its hollow.
+    """
+    found = tuple(found)
+    body = None if plan.grasp is None else opened(scene.item(plan.grasp.item), plan.grasp.face)
+    if plan.grasp is None or body is None:
+        return found
+    name = plan.grasp.item
+    outer = [each for each in found if each.name == name]
+    pieces = [
+        replace(_fixture(name, each.T_world_shape @ piece.T_parent_shape, piece.shape, each.slack), is_wall=k > 0)
+        for each in outer
+        for k, piece in enumerate(body.all)
+    ]
+    return (*(each for each in found if each.name != name), *pieces)
+
+
 def _fixture(name: str, T: Array, shape: Shape, slack: float = 0.0) -> Fixture:
     solid = Solid(shape)
     solid.place(T)
     return Fixture(name, T, shape, solid, slack)
 
 
-def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Part, ...]:
+def parts(scene: Scene, segment: Segment, T_tip_item: Array | None, face: str = "") -> tuple[Part, ...]:
     """Return all solids that the arm moves in a segment.
 
     Args:
         scene: The plan's scene.
         segment: The segment.
         T_tip_item: (4, 4) pose of the item in the tool frame, if one is held.
+        face: Face by which it is held.
 
     Returns:
         The parts.
@@ -128,8 +171,14 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
             found += _in_states(robot, joint, segment.tool_state, named)
     if segment.held is not None and T_tip_item is not None:
         bound = scene.bound(scene.instance(segment.held))
-        held = held_body(scene, segment.held, T_tip_item)
-        found += _in_states(robot, cup - 1, segment.tool_state, held, bound, True)
+        held, body = held_body(scene, segment.held, T_tip_item), opened(scene.item(segment.held), face)
+        outer = _in_states(robot, cup - 1, segment.tool_state, held, bound, True)
+        found += outer if body is None else [replace(part, against=Against.WORLD) for part in outer]
+        for piece in () if body is None else body.all:
+            T = held.T_parent_shape @ piece.T_parent_shape
+            around = Body(segment.held, piece.shape, T)
+            pieces = _in_states(robot, cup - 1, segment.tool_state, around, bound, True)
+            found += [replace(part, against=Against.ROBOT) for part in pieces]
     return tuple(found)
 
 
@@ -148,7 +197,8 @@ def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> lis
     for segment in plan.segments:
         key = (segment.tool_state, segment.held)
         if key not in known:
-            known[key] = parts(scene, segment, T_tip_item)
+            face = "" if plan.grasp is None or plan.grasp.item != segment.held else plan.grasp.face
+            known[key] = parts(scene, segment, T_tip_item, face)
     return [known[segment.tool_state, segment.held] for segment in plan.segments]
 
 
