@@ -234,8 +234,8 @@ def _items(scene: Scene) -> Iterator[_Solid]:
         yield _Solid(placed.id, "item", T, placed.item.shape, bound)
         for hollow in placed.item.hollows:
             for piece in cover_around(placed.item.shape, hollow):
-                at = T @ piece.T_item_shape
-                yield _Solid(placed.id, "item", at, piece.shape, bound, hollow.bottom, piece.is_wall)
+                at, near = T @ piece.T_item_shape, float(scene.noise_of(placed).at(np.array(piece.farthest)))
+                yield _Solid(placed.id, "item", at, piece.shape, near, hollow.bottom, piece.is_wall)
 
 
 def _body(kind: str, T_world_parent: Array, body: Body) -> _Solid:

@@ -17,6 +17,8 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, pose, rotation_rpy
 
 N_WALLS = 16  # boxes around a round hollow
+# m, longest piece of a wall: an error of the item's angle moves near ones less than far ones
+LONGEST = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +34,15 @@ class CoverPiece:
     shape: Shape
     T_item_shape: Array
     is_wall: bool
+
+    @property
+    def farthest(self) -> float:
+        """Greatest distance of a point of it from the middle of the item, m."""
+        if self.shape.kind is ShapeKind.CYLINDER:
+            radius, length = self.shape.size
+            return float(np.hypot(radius, abs(self.T_item_shape[2, 3]) + length / 2))
+        R, p = self.T_item_shape[:3, :3], self.T_item_shape[:3, 3]
+        return float(np.linalg.norm(np.abs(R.T @ p) + self.shape.extents / 2))
 
 
 def cover_around(shape: Shape, hollow: Hollow) -> tuple[CoverPiece, ...]:
@@ -68,8 +79,24 @@ def _walls(outer: Array, bounds: Array, across: tuple[int, int]) -> list[CoverPi
             wall = along.copy()
             wall[:, axis] = ends
             if ends[1] > ends[0]:
-                found.append(_box(wall, is_wall=True))
+                found += [_box(piece, is_wall=True) for piece in _divided(wall, across)]
     return found
+
+
+def _divided(wall: Array, across: tuple[int, int]) -> list[Array]:
+    """Divide a box (2, 3) along two axes into pieces of equal length, none longer than the longest."""
+    pieces = [wall]
+    for axis in across:
+        n = int(np.ceil(np.ptp(wall[:, axis]) / LONGEST))
+        ends = np.linspace(*wall[:, axis], n + 1)
+        pieces = [_with(piece, axis, ends[i : i + 2]) for piece in pieces for i in range(n)]
+    return pieces
+
+
+def _with(ends: Array, axis: int, along: Array) -> Array:
+    changed = ends.copy()
+    changed[:, axis] = along
+    return changed
 
 
 def _box(ends: Array, is_wall: bool) -> CoverPiece:

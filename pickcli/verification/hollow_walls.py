@@ -20,6 +20,7 @@ from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
 from pickcli.geometry import Array, pose
 
 N_STAVES = 20
+SLAB = 0.05  # m, longest side of a slab along the face: near the item's middle, errors of its angle are less
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,20 @@ class OpenedItem:
     def all(self) -> tuple[Body, ...]:
         """All of its solids, in the item frame."""
         return (self.under, *self.walls)
+
+
+def farthest_point(body: Body) -> float:
+    """Bound the distance of the points of a solid from the middle of its item.
+
+    Args:
+        body: The solid, in the item frame.
+
+    Returns:
+        m.
+    """
+    T, half = body.T_parent_shape, body.shape.extents / 2
+    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * half
+    return float(np.linalg.norm(corners @ T[:3, :3].T + T[:3, 3], axis=1).max())
 
 
 @lru_cache(maxsize=64)
@@ -87,7 +102,18 @@ def _slabs(half: Array, hollow: Hollow, k: int, beside: tuple[float, float]) -> 
                 low, high = -half.copy(), half.copy()
                 low[k], high[k] = beside
                 low[axis], high[axis] = start, end
-                yield _slab(low, high)
+                yield from _short_slabs(low, high, others)
+
+
+def _short_slabs(low: Array, high: Array, along: list[int]) -> Iterator[Body]:
+    """Divide a slab between two corners along two axes."""
+    n = [max(1, int(np.ceil((high[axis] - low[axis]) / SLAB))) for axis in along]
+    for cell in product(*(range(each) for each in n)):
+        start, end = low.copy(), high.copy()
+        for axis, i, each in zip(along, cell, n, strict=True):
+            start[axis] = low[axis] + (high[axis] - low[axis]) * i / each
+            end[axis] = low[axis] + (high[axis] - low[axis]) * (i + 1) / each
+        yield _slab(start, end)
 
 
 def _staves(item: Item, hollow: Hollow, beside: tuple[float, float]) -> Iterator[Body]:

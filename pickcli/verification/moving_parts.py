@@ -25,7 +25,7 @@ from pickcli.verification.forward_kinematics import (
     stated_position,
     touching_joints,
 )
-from pickcli.verification.hollow_walls import opened
+from pickcli.verification.hollow_walls import farthest_point, opened
 
 
 SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the moving cup
@@ -130,12 +130,13 @@ def around_hollow(found: Iterable[Fixture], plan: Plan, scene: Scene) -> tuple[F
     if plan.grasp is None or body is None:
         return found
     name = plan.grasp.item
-    outer = [each for each in found if each.name == name]
-    pieces = [
-        replace(_fixture(name, each.T_world_shape @ piece.T_parent_shape, piece.shape, each.slack), is_wall=k > 0)
-        for each in outer
-        for k, piece in enumerate(body.all)
-    ]
+    noise = scene.noise_of(scene.instance(name))
+    pieces = []
+    for each in (each for each in found if each.name == name):
+        for k, piece in enumerate(body.all):
+            slack = min(each.slack, float(noise.at(np.array(farthest_point(piece)))))
+            T = each.T_world_shape @ piece.T_parent_shape
+            pieces.append(replace(_fixture(name, T, piece.shape, slack), is_wall=k > 0))
     return (*(each for each in found if each.name != name), *pieces)
 
 
