@@ -74,7 +74,7 @@ class CollisionWorld:
         rounding: (B,) m, bound of the pose error.
         ignored_frames: (B,) bits: if bit f is set, frame f of the robot is never tested against the solid.
         cloud: The scene's cloud, None if it has none.
-        around: (B,) face of the bottom of the hollow that the solid is part of the cover around, "" for others.
+        around: (B,) bottom of the hollow around which the solid is part of a cover, "" for others.
         is_wall: (B,) whether it is a wall of that cover.
     """
 
@@ -155,7 +155,8 @@ class CollisionWorld:
             entered: Item and hollow that the tool may enter, None for none.
 
         Returns:
-            (B,) True for plain solids, outer shapes of items that are not entered, and the cover around the hollow.
+            (B,) True for plain solids, outer shapes of items that are not entered, and the cover around the
+            hollow.
         """
         item, hollow = entered or ("", "")
         forms = zip(self.names, self.around, strict=True)

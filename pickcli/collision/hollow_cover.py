@@ -1,9 +1,9 @@
 """Convex solids that cover an item but for one of its hollows: what is under it, and the walls around it.
 
-For the tool that takes an item by the bottom of a hollow they replace the outer shape. Every point of that shape
-outside of the hollow is in one of them; other hollows of the item are filled. The walls of a round hollow are boxes
-whose inner sides are chords of it, so these reach into it by its radius times 1 - cos(pi / 16) at most, and out of
-the cylinder by 2 per cent of its radius.
+For the tool that takes an item by the bottom of a hollow they replace the outer shape. Every point of that
+shape outside of the hollow is in one of them; other hollows of the item are filled. The walls of a round
+hollow are boxes whose inner sides are chords of it, so these reach into it by its radius times
+1 - cos(pi / 16) at most, and out of the cylinder by 2 per cent of its radius.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _divided(wall: Array, across: tuple[int, int]) -> list[Array]:
     pieces = [wall]
     for axis in across:
         n = int(np.ceil(np.ptp(wall[:, axis]) / LONGEST))
-        ends = np.linspace(*wall[:, axis], n + 1)
+        ends = np.linspace(float(wall[0, axis]), float(wall[1, axis]), n + 1)
         pieces = [_with(piece, axis, ends[i : i + 2]) for piece in pieces for i in range(n)]
     return pieces
 

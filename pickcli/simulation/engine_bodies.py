@@ -345,7 +345,9 @@ class EngineBodies:
         )
         self._register(name, body)
 
-    def _create_compound(self, name: str, parts: Sequence[Body], mass: float, T: Array, colour: Colour) -> None:
+    def _create_compound(
+        self, name: str, parts: Sequence[Body], mass: float, T: Array, colour: Colour
+    ) -> None:
         solids = [_shape_arguments(part.shape, "length") for part in parts]
         arguments = {
             "shapeTypes": [each["shapeType"] for each in solids],

@@ -1,8 +1,8 @@
 """Bodies of items with hollows in the engine: convex solids that fill the outer shape but for all hollows.
 
-A box is cut along the sides of its hollows; a cylinder is a stack of discs and of rings of boxes. The boxes of a ring
-reach from the chords of the hollow to those of the cylinder: into the hollow by its radius times 1 - cos(pi / 12) at
-most, and nowhere out of the cylinder, so that a tool that misses the hollow collides.
+A box is cut along the sides of its hollows; a cylinder is a stack of discs and of rings of boxes. The boxes
+of a ring reach from the chords of the hollow to those of the cylinder: into the hollow by its radius times
+1 - cos(pi / 12) at most, and nowhere out of the cylinder. So a tool that misses the hollow collides.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import Tool
 from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.geometry import GRAVITY, Array, inverse, length, transform_points

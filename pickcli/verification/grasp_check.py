@@ -158,7 +158,7 @@ def _rooms(item: Item, face: str, tip: Array) -> Array:
 
 
 def _sides(item: Item, face: str) -> dict[str, tuple[float, float]]:
-    """Return the sides by axis, m, of the rectangular hollow with a bottom; {} for faces of the outer shape."""
+    """Return the sides by axis, m, of the rectangular hollow with a bottom; {} for outer faces."""
     for hollow in item.hollows:
         if f"{hollow.face}/{hollow.name}" == face:
             return dict(zip("xyz".replace(face[1], ""), hollow.sides, strict=False))

@@ -1,8 +1,9 @@
 """The body of an item around the hollow that it is taken by: what lies under the cup, and what beside it.
 
-Derived here once more, from the figures of the item file: the proofs of the planner rest on other solids. A box is
-divided into slabs that overlap at its edges; a ring into staves, trapezoids between the chords of the hollow and the
-tangents of the cylinder. Together they contain every point of the outer shape that is not in the hollow.
+Derived here once more, from the figures of the item file: the proofs of the planner rest on other solids. A
+box is divided into slabs that overlap at its edges; a ring into staves, trapezoids between the chords of the
+hollow and the tangents of the cylinder. Together they contain every point of the outer shape that is not in
+the hollow.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.verification.fcl_solids import CoveringSpheres, Solid, cover
 from pickcli.verification.forward_kinematics import (
     T_parent_child,
@@ -26,7 +26,6 @@ from pickcli.verification.forward_kinematics import (
     touching_joints,
 )
 from pickcli.verification.hollow_walls import farthest_point, opened
-
 
 SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the moving cup
 
@@ -115,7 +114,7 @@ def fixtures(scene: Scene) -> tuple[Fixture, ...]:
 
 
 def around_hollow(found: Iterable[Fixture], plan: Plan, scene: Scene) -> tuple[Fixture, ...]:
-    """Open the item that a plan takes by the bottom of a hollow: the tool may enter that hollow, and no other.
+    """Open the item that a plan takes by the bottom of a hollow: the tool may enter that one alone.
 
     Args:
         found: Fixtures, the items as their outer shapes.
@@ -134,7 +133,7 @@ def around_hollow(found: Iterable[Fixture], plan: Plan, scene: Scene) -> tuple[F
     pieces = []
     for each in (each for each in found if each.name == name):
         for k, piece in enumerate(body.all):
-            slack = min(each.slack, float(noise.at(np.array(farthest_point(piece)))))
+            slack = min(each.slack, _error_of(piece, noise))
             T = each.T_world_shape @ piece.T_parent_shape
             pieces.append(replace(_fixture(name, T, piece.shape, slack), is_wall=k > 0))
     return (*(each for each in found if each.name != name), *pieces)
@@ -171,16 +170,31 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None, face: str = 
             named = replace(body, name=robot.links[joint + 1].name)
             found += _in_states(robot, joint, segment.tool_state, named)
     if segment.held is not None and T_tip_item is not None:
-        bound = scene.bound(scene.instance(segment.held))
-        held, body = held_body(scene, segment.held, T_tip_item), opened(scene.item(segment.held), face)
-        outer = _in_states(robot, cup - 1, segment.tool_state, held, bound, True)
-        found += outer if body is None else [replace(part, against=Against.WORLD) for part in outer]
-        for piece in () if body is None else body.all:
-            T = held.T_parent_shape @ piece.T_parent_shape
-            around = Body(segment.held, piece.shape, T)
-            pieces = _in_states(robot, cup - 1, segment.tool_state, around, bound, True)
-            found += [replace(part, against=Against.ROBOT) for part in pieces]
+        found += _held(scene, segment, T_tip_item, face)
     return tuple(found)
+
+
+def _error_of(piece: Body, noise: PoseNoise) -> float:
+    """Bound the error in m of the points of a solid in the item frame: less where it is near the middle."""
+    return float(noise.at(np.array(farthest_point(piece))))
+
+
+def _held(scene: Scene, segment: Segment, T_tip_item: Array, face: str) -> list[Part]:
+    """Return the held item, on the joint of the cup; held in a hollow, with its body around that."""
+    assert segment.held is not None
+    robot, name = scene.cell.robot, segment.held
+    joint, bound = last_joint_index(robot), scene.bound(scene.instance(name))
+    whole, around = held_body(scene, name, T_tip_item), opened(scene.item(name), face)
+    outer = _in_states(robot, joint, segment.tool_state, whole, bound, True)
+    if around is None:
+        return outer
+    found = [replace(part, against=Against.WORLD) for part in outer]
+    for piece in around.all:
+        body = Body(name, piece.shape, whole.T_parent_shape @ piece.T_parent_shape)
+        near = min(bound, _error_of(piece, scene.noise_of(scene.instance(name))))
+        pieces = _in_states(robot, joint, segment.tool_state, body, near, True)
+        found += [replace(part, against=Against.ROBOT) for part in pieces]
+    return found
 
 
 def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> list[tuple[Part, ...]]:

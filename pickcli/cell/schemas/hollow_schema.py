@@ -57,31 +57,30 @@ class HollowModel(FileModel):
         """
         flat = [face for face in shape.face_names if face[0] in "+-"]
         if not flat:
-            raise ValueError(
-                f"hollows.{name}: a sphere has no flat face that a hollow could open through; leave it out"
-            )
+            raise ValueError(f"hollows.{name}: a sphere has no flat face to open through; remove it")
         if self.face not in flat:
             raise ValueError(
-                f"hollows.{name}.face: expected a flat face of its shape ({', '.join(flat)}), "
-                f"got {self.face}; correct it"
+                f"hollows.{name}.face: expected a flat face of its shape ({', '.join(flat)}), got "
+                f"{self.face}; correct it"
             )
-        thickness = float(shape.extents["xyz".index(self.face[1])])
-        if self.depth > thickness - LEAST:
+        thick = float(shape.extents["xyz".index(self.face[1])])
+        if self.depth > thick - LEAST:
             raise ValueError(
-                f"hollows.{name}.depth: expected at most {thickness - LEAST:g} m, as the shape is "
-                f"{thickness:g} m thick there and a bottom must be left, got {self.depth:g}; make it less deep"
+                f"hollows.{name}.depth: expected at most {thick - LEAST:g} m, as the shape is {thick:g} m "
+                f"thick there and a bottom must be left, got {self.depth:g}; make it less deep"
             )
         if shape.kind is ShapeKind.CYLINDER:
-            return self._round(name, shape)
+            return self._round(name, shape.size[0])
         return self._rectangular(name, shape)
 
-    def _round(self, name: str, shape: Shape) -> Hollow:
+    def _round(self, name: str, outer: float) -> Hollow:
+        """Return the hollow in a cylinder of an outer radius, m."""
         if self.radius is None or self._stated:
             raise ValueError(f"hollows.{name}: expected radius alone, as its shape is a cylinder; correct it")
-        if self.radius > shape.size[0] - LEAST:
+        if self.radius > outer - LEAST:
             raise ValueError(
-                f"hollows.{name}.radius: expected at most {shape.size[0] - LEAST:g} m, inside of the cylinder, "
-                f"got {self.radius:g}; make it narrower"
+                f"hollows.{name}.radius: expected at most {outer - LEAST:g} m, inside of the cylinder, got "
+                f"{self.radius:g}; make it narrower"
             )
         return Hollow(name, self.face, self.depth, self.radius)
 
@@ -89,32 +88,27 @@ class HollowModel(FileModel):
         along = "xyz".replace(self.face[1], "")
         if self.radius is not None or set(self._stated) != set(along):
             raise ValueError(
-                f"hollows.{name}: expected {' and '.join(along)}, the axes of face {self.face} of a box, "
-                "and no others; correct it"
+                f"hollows.{name}: expected {' and '.join(along)}, the axes of face {self.face} of a box, and "
+                "no others; correct it"
             )
-        sides = []
-        for axis in along:
-            least, greatest = self._stated[axis]
-            half = float(shape.extents["xyz".index(axis)]) / 2
-            if least < -half - OPEN_SIDE or greatest > half + OPEN_SIDE:
-                raise ValueError(
-                    f"hollows.{name}.{axis}: expected within {half:g} m of the middle, inside of the box, got "
-                    f"{[least, greatest]}; lengths are in m, not mm, along the axes of the item frame"
-                )
-            sides.append(
-                (
-                    -half if least < -half + OPEN_SIDE else least,
-                    half if greatest > half - OPEN_SIDE else greatest,
-                )
-            )
-        if all(
-            side == (-half, half)
-            for side, half in zip(sides, (float(shape.extents["xyz".index(a)]) / 2 for a in along), strict=True)
-        ):
+        halves = {axis: float(shape.extents["xyz".index(axis)]) / 2 for axis in along}
+        sides = tuple(self._side(name, axis, half) for axis, half in halves.items())
+        if sides == tuple((-half, half) for half in halves.values()):
             raise ValueError(
                 f"hollows.{name}: it takes all of face {self.face}; state a thinner box instead of a hollow"
             )
-        return Hollow(name, self.face, self.depth, None, tuple(sides))
+        return Hollow(name, self.face, self.depth, None, sides)
+
+    def _side(self, name: str, axis: str, half: float) -> tuple[float, float]:
+        """Return both ends along an axis, m; on the edge of the face, half from its middle, if near it."""
+        least, greatest = self._stated[axis]
+        if least < -half - OPEN_SIDE or greatest > half + OPEN_SIDE:
+            raise ValueError(
+                f"hollows.{name}.{axis}: expected within {half:g} m of the middle, inside of the box, got "
+                f"{[least, greatest]}; lengths are in m, not mm, along the axes of the item frame"
+            )
+        is_open = least < -half + OPEN_SIDE, greatest > half - OPEN_SIDE
+        return -half if is_open[0] else least, half if is_open[1] else greatest
 
 
 def check_together(hollows: tuple[Hollow, ...], shape: Shape) -> None:

@@ -154,12 +154,9 @@ class ItemModel(FileModel):
     def _reaches_over(self, hollow: Hollow) -> bool:
         """Whether the part of a face that seals reaches over a hollow that opens through it."""
         low, high = hollow.bounds(self.shape)
-        area = self.areas.get(hollow.face, {})
-        within = (area.get("xyz"[k], (low[k], high[k])) for k in hollow.across)
-        return all(
-            least < high[k] and greatest > low[k]
-            for k, (least, greatest) in zip(hollow.across, within, strict=True)
-        )
+        stated = {"xyz".index(axis): side for axis, side in self.areas.get(hollow.face, {}).items()}
+        within = {k: stated.get(k, (low[k], high[k])) for k in hollow.across}
+        return all(least < high[k] and greatest > low[k] for k, (least, greatest) in within.items())
 
     def _check_area(self, name: str, axis: Literal["x", "y", "z"], least: float, greatest: float) -> None:
         """Raise ValueError if an area has a limit along an axis that its face lacks, or is beyond it."""
