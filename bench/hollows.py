@@ -6,8 +6,8 @@
 Scenes of fresh seeds with the item alone in a place, at rest as a trial would have it, are drawn until as
 many as asked have it in the pose in question: its face FACE up, else the face of its first hollow. Each is
 planned as it is seen in a trial, with pose errors (without, if --exact), and every plan is verified. The
-first plans that take it by a hollow are carried out in simulation in the true scene. Reported are plans before
-and after, the commonest reason for each that is missing, and contacts that no plan allows.
+first plans that take it by a hollow are carried out in simulation, in the true scene. Reported are plans
+before and after, the commonest reason for each that is missing, and contacts that no plan allows.
 """
 
 from __future__ import annotations
