@@ -244,7 +244,8 @@ class Suction:
             return OPEN
         item, T_item_world = self._items[name], inverse(self._engine.pose(name))
         tip = T_item_world[:3] @ T_world_tip[:, 3]
-        face = face_at(item, tip)
+        # Of a thin bottom the tip of a cup that is pressed on may be nearer to the other side.
+        face = face_at(item, tip + float(np.median(met)) * (T_item_world[:3, :3] @ T_world_tip[:3, 2]))
         rooms, cup = item.rooms(face, tip), self._tool.cup
         if float(rooms.min()) < cup.radius:  # air comes in beyond the edges of a box
             seal = item.seals[face] if self._has_honest_seals else 1.0
@@ -321,8 +322,8 @@ def face_at(item: Item, point: Array) -> str:
     for hollow in item.hollows:
         low, high = hollow.bounds(shape)
         inside = np.clip(point, low, high)
-        # Behind its bottom as far as in front of it: a cup is pressed on.
-        is_near = abs(float(point[hollow.axis]) - hollow.height(shape)) <= hollow.depth / 2
+        over = abs(float(point[hollow.axis]) - hollow.height(shape))
+        is_near = over < min(hollow.depth, float(shape.extents[hollow.axis]) - hollow.depth) / 2
         if is_near and hollow.contains(shape, np.where(np.arange(3) == hollow.axis, inside, point)):
             return hollow.bottom
     if shape.kind is ShapeKind.SPHERE:

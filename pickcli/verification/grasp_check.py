@@ -197,11 +197,12 @@ def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
 def _bottom_at(item: Item, p: Array) -> tuple[str, float, Array, float] | None:
     """Return the bottom of the hollow that a point (3,) is nearest to, likewise; None if it is at none.
 
-    A point in a hollow is at its bottom in the lower half of its depth, and below it to the same distance.
+    A point is nearest to it in the lower half of the hollow, and in the upper half of what is left under it.
     """
     for hollow in item.hollows:
         k, side = "xyz".index(hollow.face[1]), 1.0 if hollow.face[0] == "+" else -1.0
-        height = float(side * p[k] - (item.shape.extents[k] / 2 - hollow.depth))
+        half = float(item.shape.extents[k]) / 2
+        height = float(side * p[k]) - (half - hollow.depth)
         if hollow.radius is not None:
             room = hollow.radius - float(np.hypot(p[0], p[1]))
         else:
@@ -209,7 +210,7 @@ def _bottom_at(item: Item, p: Array) -> tuple[str, float, Array, float] | None:
             sides = zip(others, hollow.sides, strict=True)
             room = min(min(float(p[a]) - least, greatest - float(p[a])) for a, (least, greatest) in sides)
         name = f"{hollow.face}/{hollow.name}"
-        if room >= 0.0 and abs(height) <= hollow.depth / 2:
+        if room >= 0.0 and hollow.depth / 2 - half < height < hollow.depth / 2:
             return name, height, side * np.eye(3)[k], min(room, _to_the_end(item, name, p))
     return None
 
