@@ -52,7 +52,7 @@ class Hollow:
 
     @property
     def width(self) -> float:
-        """Its narrowest width, m."""
+        """Narrowest width of the hollow, m."""
         if self.radius is not None:
             return 2.0 * self.radius
         return min(greatest - least for least, greatest in self.sides)

@@ -18,7 +18,7 @@ from pickcli.geometry import Array, pose, rotation_rpy
 
 N_WALLS = 16  # boxes around a round hollow
 # m, longest piece of a wall: an error of the item's angle moves near ones less than far ones
-LONGEST = 0.05
+LONGEST = 0.025
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
 from pickcli.geometry import Array, pose
 
 N_STAVES = 20
-SLAB = 0.05  # m, longest side of a slab along the face: near the item's middle, errors of its angle are less
+SLAB = 0.025  # m, longest side of a slab along the face: near the item's middle, errors of its angle are less
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,8 +30,8 @@ from pickcli.verification.hollow_walls import farthest_point, opened
 SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the moving cup
 
 
-class Against(StrEnum):
-    """What a part is tested against."""
+class TestedPairs(StrEnum):
+    """Pairs in which a part is tested."""
 
     ALL = "all"
     WORLD = "world"
@@ -73,7 +73,7 @@ class Part:
     is_cup: bool = False
     is_finger: bool = False
     is_held: bool = False
-    against: Against = Against.ALL
+    against: TestedPairs = TestedPairs.ALL
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,12 +188,12 @@ def _held(scene: Scene, segment: Segment, T_tip_item: Array, face: str) -> list[
     outer = _in_states(robot, joint, segment.tool_state, whole, bound, True)
     if around is None:
         return outer
-    found = [replace(part, against=Against.WORLD) for part in outer]
+    found = [replace(part, against=TestedPairs.WORLD) for part in outer]
     for piece in around.all:
         body = Body(name, piece.shape, whole.T_parent_shape @ piece.T_parent_shape)
         near = min(bound, _error_of(piece, scene.noise_of(scene.instance(name))))
         pieces = _in_states(robot, joint, segment.tool_state, body, near, True)
-        found += [replace(part, against=Against.ROBOT) for part in pieces]
+        found += [replace(part, against=TestedPairs.ROBOT) for part in pieces]
     return found
 
 
