@@ -9,8 +9,10 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import NoPlanError
+from pickcli.files.packed_array import unpacked
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
+from pickcli.page.plan_page import plan_page
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -110,6 +112,13 @@ def test_a_bottom_that_is_higher_is_found_by_the_verifier(plan: Plan, scene: Sce
 def test_the_certificate_is_for_the_hollows_of_the_scene(plan: Plan, scene: Scene) -> None:
     _, other = changed(plan, scene, depth=0.047)
     assert scene_hash(other) != scene_hash(scene)
+
+
+def test_its_page_shows_a_clearance_that_is_kept(plan: Plan, scene: Scene) -> None:
+    """In the hollow the walls count there, not the outer shape that the cup is deep in."""
+    shown = plan_page(plan, scene).clearance
+    assert shown is not None
+    assert float(unpacked(shown.values).min()) > 0.0
 
 
 @pytest.mark.slow
