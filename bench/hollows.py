@@ -2,12 +2,16 @@
 
     python -m bench.hollows [--item platinum_pets_dog_bowl] [--place bin_E] [--into tote] [--face FACE]
         [--scenes 20] [--executed 5] [--seed 0] [--cell apc2016_kth_picking] [--exact] [--json FILE]
+    python -m bench.hollows --orders 20 [--seed 0] [--cell apc2016_delft]
 
 Scenes of fresh seeds with the item alone in a place, at rest as a trial would have it, are drawn until as
 many as asked have it in the pose in question: its face FACE up, else the face of its first hollow. Each is
 planned as it is seen in a trial, with pose errors (without, if --exact), and every plan is verified. The
 first plans that take it by a hollow are carried out in simulation, in the true scene. Reported are plans
 before and after, the commonest reason for each that is missing, and contacts that no plan allows.
+
+With --orders the scenes are those of fresh pick orders instead, each target that has a hollow left alone in
+its bin as it lies there, whichever face is up: what it is when its bin is cleared.
 """
 
 from __future__ import annotations
@@ -36,6 +40,8 @@ from pickcli.seeds import derived_seed
 from pickcli.simulation.execute import execute
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import World
+from pickcli.trial.make_order import make_order
+from pickcli.trial.order import OrderKind
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import certify
 
@@ -184,6 +190,33 @@ def measure(warm: Sequence[PlanningContext], asked: Asked) -> dict[str, Any]:
     }
 
 
+def measure_targets(warm: Sequence[PlanningContext], n_orders: int, asked: Asked) -> dict[str, Any]:
+    """Figures of the targets with hollows of fresh pick orders, each alone in its bin."""
+    tallies: dict[str, tuple[Tally, Tally]] = {}
+    for k in range(asked.seed, asked.seed + n_orders):
+        order = make_order(OrderKind.PICK, 2016, k)
+        wanted = {(t.bin, t.item) for t in order.work_order if warm[0].cell.item(t.item, 2016).hollows}
+        if not wanted:
+            continue
+        try:
+            scene = make_scene(order.bin_contents, warm[0].cell, k, order.year)
+        except InputError as error:
+            print(f"seed {k}: {error}", file=sys.stderr)
+            continue
+        for bin_name, name in sorted(wanted):
+            (target, *_) = [p for p in scene.in_location(bin_name) if p.item.name == name]
+            alone = replace(scene, items=(target,))
+            seen = alone if asked.exact else perceive(alone, DEFAULT_NOISE, k, 1, Reality())
+            before, after = tallies.setdefault(name, (Tally(), Tally()))
+            planned(warm, without_hollows(seen), asked.into, k, before)
+            planned(warm, seen, asked.into, k, after)
+            print(f"seed {k}, {name}: {before.planned} before, {after.planned} after", file=sys.stderr)
+    return {
+        name: {"without hollows": before.figures(), "with hollows": after.figures()}
+        for name, (before, after) in sorted(tallies.items())
+    }
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -195,11 +228,13 @@ def main() -> None:
     parser.add_argument("--executed", type=int, default=5)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--cell", default="apc2016_kth_picking")
+    parser.add_argument("--orders", type=int, default=0)
     parser.add_argument("--exact", action="store_true")
     parser.add_argument("--json", type=Path)
     given = vars(parser.parse_args())
-    cell, path = given.pop("cell"), given.pop("json")
-    figures = measure(planners(cell), Asked(**given))
+    cell, path, n_orders = given.pop("cell"), given.pop("json"), given.pop("orders")
+    warm, asked = planners(cell), Asked(**given)
+    figures = measure_targets(warm, n_orders, asked) if n_orders else measure(warm, asked)
     text = json.dumps(figures, indent=2)
     print(text)
     if path is not None:
