@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from pickcli.cell.hollow import Hollow
 from pickcli.cell.sensors.material import Material
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
@@ -27,7 +28,7 @@ class Item:
     Attributes:
         name: Name of the product.
         year: Year of the list that contains it.
-        shape: Contains the product.
+        shape: Outer shape, which contains the product.
         mass: kg, as stated.
         bonus: Points by the rules of its year.
         seals: By face, the share of full vacuum that the pump keeps under a cup.
@@ -44,6 +45,7 @@ class Item:
         colour: Red, green, blue of most of it, 0 to 255; None where no file states it.
         is_printed: Whether its faces are printed, or plain.
         deformation: m by which its surface may be inside of its shape in pictures, as of cloth and bags.
+        hollows: Parts that are missing from its outer shape; their bottoms are faces, too.
     """
 
     name: str
@@ -51,7 +53,7 @@ class Item:
     shape: Shape
     mass: float
     bonus: int
-    # By face (see Shape.face_names), the share of full vacuum kept under a cup: 1 airtight, 0 none.
+    # By face (see face_names), the share of full vacuum kept under a cup: 1 airtight, 0 none.
     seals: Mapping[str, float] = field(hash=False)
     seal_source: str
     why_not: str
@@ -67,6 +69,38 @@ class Item:
     colour: tuple[int, ...] | None = None
     is_printed: bool = False
     deformation: float = 0.0
+    hollows: tuple[Hollow, ...] = ()
+
+    @property
+    def face_names(self) -> tuple[str, ...]:
+        """Names of the faces: those of the outer shape, then the bottoms of the hollows, e.g. "+z/bowl"."""
+        return (*self.shape.face_names, *(hollow.bottom for hollow in self.hollows))
+
+    def hollow_at(self, face: str) -> Hollow | None:
+        """Return the hollow with a bottom.
+
+        Args:
+            face: Name of a face.
+
+        Returns:
+            The hollow; None if the face is one of the outer shape.
+        """
+        return next((hollow for hollow in self.hollows if hollow.bottom == face), None)
+
+    def height(self, face: str) -> float:
+        """Return the coordinate of a flat face along its normal's axis.
+
+        Args:
+            face: Name of a flat face.
+
+        Returns:
+            m in the item frame.
+        """
+        hollow = self.hollow_at(face)
+        if hollow is not None:
+            return hollow.height(self.shape)
+        half = float(self.shape.extents["xyz".index(face[1])]) / 2
+        return -half if face[0] == "-" else half
 
     @property
     def heaviest(self) -> float:
@@ -113,11 +147,14 @@ class Item:
             face: Name of the face.
 
         Returns:
-            (2, 3) m in the item frame; infinite along axes that are not limited.
+            (2, 3) m in the item frame; infinite along axes that are not limited. The bottom of a rectangular
+            hollow is limited by its sides.
         """
-        stated = self.areas.get(face, {})
-        ends = [stated.get(axis, (-np.inf, np.inf)) for axis in "xyz"]
-        return np.array(ends, dtype=np.float64).T
+        stated, hollow = self.areas.get(face, {}), self.hollow_at(face)
+        ends = np.array([stated.get(axis, (-np.inf, np.inf)) for axis in "xyz"], dtype=np.float64).T
+        for axis, (least, greatest) in zip(hollow.across, hollow.sides, strict=False) if hollow else ():
+            ends[0, axis], ends[1, axis] = max(ends[0, axis], least), min(ends[1, axis], greatest)
+        return ends
 
     def rooms(self, face: str, point: Array) -> Array:
         """Return how far the edges of the sealing part of a face are from a point on it.

@@ -8,7 +8,8 @@ Read in this order:
 - Parameters of a check: `motion_segment` joins a path to the mode in which it is free; `allowed_contacts` and
   `stage_contacts` state the allowed contacts; `checker_cache` keeps the checkers of the modes.
 - The two sides of a check: `robot_model`, in one tool state a `kernel_robot`, with the `attached_item`, and
-  `collision_world`; `link_pairs` for two links alone, `hand_sphere` for where the hand may be at all.
+  `collision_world`, where a `hollow_cover` is what the tool may not enter of an item that it takes by a
+  hollow; `link_pairs` for two links alone, `hand_sphere` for where the hand may be at all.
 - Spheres that cover moving bodies: `sphere_cover`, from `solid_covers` and `hull_cover`, both by `set_cover`;
   `swept_cover` for bodies that a joint of the tool moves.
 """

@@ -18,7 +18,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.collision.collision_world import CollisionWorld
+from pickcli.collision.collision_world import CollisionWorld, Entered
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
 
@@ -40,6 +40,7 @@ class AllowedContacts:
         pushed: Ids of items that the held item may push aside; if there is none, the cup.
         opening_pairs: Pairs (link of the robot or "held <item>", body or item) that are not tested, because a
             recovery motion only has to separate them.
+        entered: Item and hollow that the tool may enter, if any; it keeps clear of the walls.
     """
 
     item: Touchers = ()
@@ -47,6 +48,7 @@ class AllowedContacts:
     absent: frozenset[str] = frozenset()
     pushed: frozenset[str] = frozenset()
     opening_pairs: frozenset[tuple[str, str]] = frozenset()
+    entered: Entered | None = None
 
     @classmethod
     def of(
@@ -139,9 +141,12 @@ class AllowedContacts:
         chosen: list[int] = []
         ways: list[Way] = []
         bits: list[np.uint64] = []
+        present = world.is_present(self.entered)
         for frame, touchers in ((cup, self.tool), (item, self.item)):
             for name, way in touchers:
                 for solid in world.indices([name]) if way is not None else ():
+                    if not present[solid]:
+                        continue
                     assert way is not None
                     chosen.append(solid)
                     ways.append(way)

@@ -91,7 +91,7 @@ class SceneChecker(KernelValidator):
             ignored_frames[world.indices([name])] |= np.uint64(1 << frame)
         self._ignored = ignored_frames
         kernel = self._model.state(self._tool_state).checker()
-        kept = np.flatnonzero(world.is_kept(contacts.absent))
+        kept = np.flatnonzero(world.is_kept(contacts.absent, contacts.entered))
         world.enter(kernel, kept, ignored_frames)
         if self.held is not None:
             self._attach(kernel, self.held)

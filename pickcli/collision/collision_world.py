@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.tool import MOVING
+from pickcli.collision.hollow_cover import cover_around
 from pickcli.collision.kernel_robot import KernelRobot
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import StaleError, UnknownNameError
@@ -18,6 +20,8 @@ from pickcli.geometry import Array
 from pickcli.kernel import Checker, SolidKind
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.scene import Scene
+
+Entered: TypeAlias = tuple[str, str]  # id of an item, and the bottom of its hollow that the tool may enter
 
 # m: points in one cell of a grid this wide become one ball, which exceeds them by half its diagonal at most.
 VOXEL = 0.01
@@ -58,6 +62,9 @@ class KernelCloud:
 class CollisionWorld:
     """B solids, each enlarged by its rounding.
 
+    An item with hollows is in it several times: as its outer shape, and as what covers it but for each of its
+    hollows. Only one of these is entered into a checker.
+
     Attributes:
         names: (B,) body name, item id, or link name for links that are fixed to the base.
         kinds: (B,) name of the carrier, "obstacle", "item" or "base".
@@ -67,6 +74,8 @@ class CollisionWorld:
         rounding: (B,) m, bound of the pose error.
         ignored_frames: (B,) bits: if bit f is set, frame f of the robot is never tested against the solid.
         cloud: The scene's cloud, None if it has none.
+        around: (B,) bottom of the hollow around which the solid is part of a cover, "" for others.
+        is_wall: (B,) whether it is a wall of that cover.
     """
 
     names: tuple[str, ...]
@@ -76,7 +85,9 @@ class CollisionWorld:
     shapes: NDArray[np.int32]
     rounding: Array
     ignored_frames: NDArray[np.uint64]
-    cloud: KernelCloud | None = None
+    cloud: KernelCloud | None
+    around: tuple[str, ...]
+    is_wall: NDArray[np.bool_]
 
     def enter(self, kernel: Checker, kept: NDArray[np.intp], ignored_frames: NDArray[np.uint64]) -> None:
         """Set a checker's world to some of the solids, and the cloud.
@@ -94,13 +105,13 @@ class CollisionWorld:
             kernel.share_cloud(self.cloud.holder)
 
     def indices(self, names: Iterable[str]) -> list[int]:
-        """Find the indices of solids by name.
+        """Find the indices of solids by name, without the walls of hollows, which nothing may touch.
 
         Args:
             names: Names of solids.
 
         Returns:
-            Indices of all solids with one of these names, sorted.
+            Indices of all solids but walls with one of these names, sorted.
 
         Raises:
             UnknownNameError: If no solid has one of the names.
@@ -109,7 +120,7 @@ class CollisionWorld:
         for name in wanted:
             if name not in self._by_name:
                 raise UnknownNameError("body or item", name, sorted(self._by_name), "collision scene")
-        return sorted(b for name in wanted for b in self._by_name[name])
+        return sorted(b for name in wanted for b in self._by_name[name] if not self.is_wall[b])
 
     @cached_property
     def _by_name(self) -> dict[str, list[int]]:
@@ -119,21 +130,37 @@ class CollisionWorld:
             found.setdefault(name, []).append(b)
         return found
 
-    def is_kept(self, without: frozenset[str]) -> NDArray[np.bool_]:
-        """Return a mask that excludes solids by name.
+    def is_kept(self, without: frozenset[str], entered: Entered | None = None) -> NDArray[np.bool_]:
+        """Return a mask that excludes solids by name, and all but one form of each item with hollows.
 
         Args:
             without: Names of the solids to exclude.
+            entered: Item and hollow that the tool may enter: the item is what covers it but for that hollow.
 
         Returns:
-            (B,) False for the named solids.
+            (B,) False for the named solids, and for other forms of items.
 
         Raises:
             UnknownNameError: If no solid has one of the names.
         """
-        kept = np.ones(len(self.names), dtype=bool)
-        kept[self.indices(without)] = False
+        kept = self.is_present(entered)
+        self.indices(without)  # raises
+        kept[[b for name in without for b in self._by_name[name]]] = False
         return kept
+
+    def is_present(self, entered: Entered | None) -> NDArray[np.bool_]:
+        """Return a mask that excludes all but one form of each item with hollows.
+
+        Args:
+            entered: Item and hollow that the tool may enter, None for none.
+
+        Returns:
+            (B,) True for plain solids, outer shapes of items that are not entered, and the cover around the
+            hollow.
+        """
+        item, hollow = entered or ("", "")
+        forms = zip(self.names, self.around, strict=True)
+        return np.array([around == (hollow if name == item else "") for name, around in forms], dtype=bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +170,8 @@ class _Solid:
     T_world_shape: Array
     shape: Shape
     rounding: float = 0.0
+    around: str = ""
+    is_wall: bool = False
 
 
 @lru_cache(maxsize=32)
@@ -175,6 +204,8 @@ def build_world(model: CollisionModel, scene: Scene) -> CollisionWorld:
         np.array([solid.rounding for solid in solids]),
         np.array([_ignored_frames(model, solid) for solid in solids], dtype=np.uint64),
         None if scene.cloud is None else _kernel_cloud(model, scene.cloud),
+        tuple(solid.around for solid in solids),
+        np.array([solid.is_wall for solid in solids], dtype=bool),
     )
 
 
@@ -200,8 +231,12 @@ def _base(model: CollisionModel) -> Iterator[_Solid]:
 
 def _items(scene: Scene) -> Iterator[_Solid]:
     for placed in scene.items:
-        bound = scene.bound(placed)
-        yield _Solid(placed.id, "item", placed.T_world_item, placed.item.shape, bound)
+        bound, T = scene.bound(placed), placed.T_world_item
+        yield _Solid(placed.id, "item", T, placed.item.shape, bound)
+        for hollow in placed.item.hollows:
+            for piece in cover_around(placed.item.shape, hollow):
+                at, near = T @ piece.T_item_shape, float(scene.noise_of(placed).at(np.array(piece.farthest)))
+                yield _Solid(placed.id, "item", at, piece.shape, near, hollow.bottom, piece.is_wall)
 
 
 def _body(kind: str, T_world_parent: Array, body: Body) -> _Solid:

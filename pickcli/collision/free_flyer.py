@@ -196,7 +196,7 @@ class FreeToolChecker(KernelValidator):
         world = build_world(model, scene)
         kernel = _floating_tool(model, tool_state, R_world_axes.tobytes()).bare()
         contacts = contacts.of_present
-        clear = KernelWorld(kernel, np.flatnonzero(world.is_kept(contacts.absent)))
+        clear = KernelWorld(kernel, np.flatnonzero(world.is_kept(contacts.absent, contacts.entered)))
         world.enter(kernel, clear.kept, contacts.ignored_frames(world, (CUP,), CUP + 1))
         tool = model.robot.tool
         parts = (*[""] * LANCE, tool.lance_link, " or ".join(tool.contact_links))

@@ -15,6 +15,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from pickcli.collision.allowed_contacts import AllowedContacts
+from pickcli.collision.collision_world import Entered
 from pickcli.collision.free_flyer import LINE_FOLLOWING_RESERVE
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
@@ -40,12 +41,14 @@ class CupPress:
         axis: Unit vector, in the world, along which the cup is pressed.
         depth: m along it that the item may be inside of the cup's model at rest.
         overtravel: m that the tool travels beyond the surface.
+        face: Name of the face under the cup.
     """
 
     outward: Outward | None
     axis: tuple[float, float, float]
     depth: float
     overtravel: float
+    face: str = ""
 
     @property
     def way(self) -> Array:
@@ -159,26 +162,31 @@ class PickContacts:
     first_stretch: float
     pushed: frozenset[str] = frozenset()
 
-    def while_approaching(self) -> AllowedContacts:
+    def while_approaching(self, face: str = "") -> AllowedContacts:
         """Return the contacts of the empty tool on its way to the target, or away from it.
 
-        Returns:
-            No contacts; ignored neighbours are absent.
-        """
-        return AllowedContacts(absent=self.ignored)
+        Args:
+            face: Name of the face that the cup is put on.
 
-    def tool_while_pressing(self, outward: Outward | None) -> AllowedContacts:
+        Returns:
+            No contacts; ignored neighbours are absent. The hollow with that bottom, if it is one, is open.
+        """
+        return AllowedContacts(absent=self.ignored, entered=self._entered(face))
+
+    def tool_while_pressing(self, outward: Outward | None, face: str = "") -> AllowedContacts:
         """Return the contacts of the tool without the arm at the target.
 
         The depth of the cup is checked later, in the proof of the whole arm.
 
         Args:
             outward: Unit normal, in the world, of the face under the cup; None if it is curved.
+            face: Name of that face.
 
         Returns:
             The contacts, at any depth.
         """
-        return AllowedContacts.at_any_depth(self.met_by_cup(outward), self.ignored)
+        contacts = AllowedContacts.at_any_depth(self.met_by_cup(outward), self.ignored)
+        return replace(contacts, entered=self._entered(face))
 
     def while_pressing(self, press: CupPress) -> AllowedContacts:
         """Return the contacts while the cup meets the target, or leaves it.
@@ -192,7 +200,8 @@ class PickContacts:
             The contacts.
         """
         cup = dict.fromkeys(self.met_by_cup(press.outward), press.way)
-        return AllowedContacts.of(self._given_way(LINE_DEVIATION), cup, self.ignored)
+        contacts = AllowedContacts.of(self._given_way(LINE_DEVIATION), cup, self.ignored)
+        return replace(contacts, entered=self._entered(press.face))
 
     def while_closing(self) -> AllowedContacts:
         """Return the contacts of fingers that close on the target, or open from it.
@@ -293,6 +302,10 @@ class PickContacts:
     def supports(self) -> Supports:
         """The relation "rests on" of the items in the scene."""
         return supports_of(self.scene)
+
+    def _entered(self, face: str) -> Entered | None:
+        """Return the target and its hollow with a bottom, None if the face is one of its outer shape."""
+        return None if self.target.item.hollow_at(face) is None else (self.target.id, face)
 
     @property
     def _without_target(self) -> frozenset[str]:

@@ -85,7 +85,7 @@ def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, c
     error, lag = _error_and_lag(grasp.face, grasp.T_item_tip[None], tool, noise)
     beyond = float(_overtravels(error, lag, tool)[0])
     depth = beyond + float(lag[0]) + cup_excess
-    return CupPress(outward_of(grasp.face, R_world_item), (x, y, z), depth, beyond)
+    return CupPress(outward_of(grasp.face, R_world_item), (x, y, z), depth, beyond, grasp.face)
 
 
 def outward_of(face: str, R_world_item: Array) -> Outward | None:

@@ -62,8 +62,8 @@ def lip_on(item: Item, face: str, T_item_tip: Array) -> Array:
     tip, axis = T_item_tip[:3, 3], T_item_tip[:3, 2]
     if face[0] not in "+-":
         return np.asarray(tip)
-    k, side = "xyz".index(face[1]), -1.0 if face[0] == "-" else 1.0
-    return np.asarray(tip - axis * (tip[k] - side * item.shape.extents[k] / 2) / axis[k])
+    k = "xyz".index(face[1])
+    return np.asarray(tip - axis * (tip[k] - item.height(face)) / axis[k])
 
 
 def _off(item: Item, face: str, tip: Array, noise: PoseNoise) -> float:
@@ -71,5 +71,5 @@ def _off(item: Item, face: str, tip: Array, noise: PoseNoise) -> float:
     at = tip.copy()
     if face[0] in "+-":
         k = "xyz".index(face[1])
-        at[k] = item.shape.extents[k] / 2
+        at[k] = item.height(face)
     return float(noise.at(np.asarray(np.linalg.norm(at))))

@@ -93,9 +93,10 @@ def import_regions(
             areas[face] = limits
     shares = {
         face: (item.seals[face] or (best if seal is None else seal)) if face in found else 0.0
-        for face in item.seals
+        for face in item.shape.face_names
     }
-    imported = replace(item, seals=shares, areas=areas, why_not="", seal_inset=0.0)
+    # The regions say of all faces which are taken; they know the outer shape alone.
+    imported = replace(item, seals=shares, areas=areas, why_not="", seal_inset=0.0, hollows=())
     return ImportedRegions(imported, S, {f: len(parts) for f, parts in found.items()}, tuple(left_out))
 
 

@@ -168,7 +168,7 @@ class SuctionGrasping(GraspMethod):
             One mode.
         """
         outward = outward_of(face, contacts.target.T_world_item[:3, :3])
-        return (Mode(tool_state, contacts=contacts.tool_while_pressing(outward)),)
+        return (Mode(tool_state, contacts=contacts.tool_while_pressing(outward, face)),)
 
     def modes(self, contacts: PickContacts, grasp: Grasp, tool_excess: float) -> GraspModes:
         """Return the modes of a suction grasp, all in the grasp's tool state.
@@ -185,7 +185,7 @@ class SuctionGrasping(GraspMethod):
         noise = contacts.scene.noise_of(contacts.target)
         press = cup_press(grasp, self.tool, noise, R_world_item, tool_excess)
         return GraspModes(
-            approaching=Mode(grasp.tool_state, contacts=contacts.while_approaching()),
+            approaching=Mode(grasp.tool_state, contacts=contacts.while_approaching(grasp.face)),
             taking=Mode(grasp.tool_state, contacts=contacts.while_pressing(press)),
             lifting=Mode(grasp.tool_state, contacts=contacts.while_lifting(press)),
             carrying=self.carrying(contacts, grasp.face, grasp.tool_state),

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from pickcli.cell.hollow import Hollow
 from pickcli.cell.item import LEAST_SHARE, Item
 from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import Tool
@@ -24,7 +25,8 @@ class Face:
     """A suctionable part of an item's surface.
 
     Attributes:
-        name: Outward direction in the item frame ("+x" to "-z"), "mantle" or "sphere".
+        name: Outward direction in the item frame ("+x" to "-z"), "mantle", "sphere", or the bottom of a
+            hollow, e.g. "+z/bowl".
         region: Tool poses in the item frame: tip on the surface, +z into the item.
     """
 
@@ -62,7 +64,8 @@ def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
         return _sphere_faces(item, tool)
     is_box = item.shape.kind is ShapeKind.BOX
     found = _box_faces(item, inset) if is_box else _cylinder_faces(item, inset, tool.cup.stroke)
-    return tuple(face for face in found if face is not None)
+    bottoms = (_bottom(item, hollow, inset) for hollow in item.hollows)
+    return tuple(face for face in (*found, *bottoms) if face is not None)
 
 
 @lru_cache(maxsize=N_CACHED)
@@ -155,14 +158,8 @@ def _rectangles(item: Item) -> Iterator[tuple[str, Array, Array, Array]]:
 
 def _cylinder_faces(item: Item, inset: float, stroke: float) -> Iterator[Face | None]:
     radius, length = item.shape.size
-    # The square inscribed in the disc of allowed cup centres, plus the inset around it.
-    half = np.full(2, max(0.0, radius - inset) / np.sqrt(2.0) + inset)
     for name in ("+z", "-z"):
-        outward = _outward(name)
-        low, high = item.area(name)
-        low, high = np.append(np.maximum(low[:2], -half), 0.0), np.append(np.minimum(high[:2], half), 0.0)
-        low[2] = high[2] = outward[2] * length / 2
-        yield _flat(name, outward, low, high, inset) if radius >= inset else None
+        yield _disc(item, name, radius, inset)
     ends = item.area("mantle")[:, 2]
     low_z, high_z = max(-length / 2, ends[0]) + inset, min(length / 2, ends[1]) - inset
     # On the mantle the bellows must compensate the bulge.
@@ -171,6 +168,27 @@ def _cylinder_faces(item: Item, inset: float, stroke: float) -> Iterator[Face | 
         bounds[2], bounds[5] = (low_z, high_z), (-np.pi, np.pi)
         T_region_tool = pose([radius, 0.0, 0.0], R=into(np.array([1.0, 0.0, 0.0])))
         yield Face("mantle", TaskSpaceRegion(np.eye(4), T_region_tool, bounds))
+
+
+def _bottom(item: Item, hollow: Hollow, inset: float) -> Face | None:
+    """Return the part of the bottom of a hollow in which the whole cup keeps the inset from its sides."""
+    if hollow.radius is not None:
+        return _disc(item, hollow.bottom, hollow.radius, inset)
+    low, high = item.area(hollow.bottom)
+    low[hollow.axis] = high[hollow.axis] = item.height(hollow.bottom)
+    return _flat(hollow.bottom, _outward(hollow.bottom), low, high, inset)
+
+
+def _disc(item: Item, name: str, radius: float, inset: float) -> Face | None:
+    """Return the part of a round flat face of a cylinder, about its axis, ``inset`` inside its edge."""
+    if radius < inset:
+        return None
+    # The square inscribed in the disc of allowed cup centres, plus the inset around it.
+    half = np.full(2, (radius - inset) / np.sqrt(2.0) + inset)
+    low, high = item.area(name)
+    low, high = np.append(np.maximum(low[:2], -half), 0.0), np.append(np.minimum(high[:2], half), 0.0)
+    low[2] = high[2] = item.height(name)
+    return _flat(name, _outward(name), low, high, inset)
 
 
 def _sphere_faces(item: Item, tool: Tool) -> tuple[Face, ...]:

@@ -29,8 +29,8 @@ class Grasp:
     Attributes:
         item: Id in the scene.
         kind: "frontal", "top-down" or "side".
-        face: Face of the item's shape that the cup is put on, e.g. "-x", or that fingers pinch: "x" for both
-            faces across that axis, "mantle" or "sphere".
+        face: Face of the item that the cup is put on, e.g. "-x", or "+z/bowl" for the bottom of a hollow; or
+            that fingers pinch: "x" for both faces across that axis, "mantle" or "sphere".
         tool_state: State of the tool that the grasp is made with.
         T_item_tip: (4, 4) tool frame in the item frame: of a cup on the face, +z into the item; of fingers
             between the pads.
@@ -91,7 +91,7 @@ class GraspKind:
         return None if found is None else cls(found["kind"], found["face"])
 
 
-_NAME = re.compile(r"(?P<kind>[\w-]+) grasp on face (?P<face>[+-]?\w+)")
+_NAME = re.compile(r"(?P<kind>[\w-]+) grasp on face (?P<face>[+-]?\w+(?:/\w+)?)")
 
 
 class RecoveryLevel(StrEnum):

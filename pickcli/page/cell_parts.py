@@ -25,7 +25,7 @@ from pickcli.page.page_scene import (
     posed,
     rounded,
 )
-from pickcli.page.shape_parts import drawn_body, drawn_shape
+from pickcli.page.shape_parts import drawn_body, drawn_item
 from pickcli.page.visual_meshes import visual_bodies
 from pickcli.scene.colours import item_colour, static_colour
 from pickcli.scene.scene import PlacedItem, Scene
@@ -150,7 +150,7 @@ def item_parts(scene: Scene) -> tuple[PageItem, ...]:
     return tuple(
         PageItem(
             placed.id, placed.item.name.replace("_", " "), item_ink(placed.item),
-            drawn_shape(placed.item.shape), posed(placed.T_world_item), _item_facts(placed),
+            drawn_item(placed.item), posed(placed.T_world_item), _item_facts(placed),
         )
         for placed in scene.items
     )  # fmt: skip

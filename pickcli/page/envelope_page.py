@@ -20,7 +20,7 @@ from pickcli.page.page_scene import (
     PageLine,
     posed,
 )
-from pickcli.page.shape_parts import drawn_shape
+from pickcli.page.shape_parts import drawn_item
 from pickcli.scene.scene import PlacedItem
 
 _N_DRAWN = 60  # poses of each envelope
@@ -81,7 +81,7 @@ def envelope_page(
 
 def _item(placed: PlacedItem, T: Array) -> PageItem:
     name = placed.item.name.replace("_", " ")
-    return PageItem(placed.id, name, item_ink(placed.item), drawn_shape(placed.item.shape), posed(T))
+    return PageItem(placed.id, name, item_ink(placed.item), drawn_item(placed.item), posed(T))
 
 
 def _facts(rows: Sequence[EnvelopeRow]) -> Iterator[Fact]:

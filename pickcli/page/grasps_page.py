@@ -28,7 +28,7 @@ from pickcli.page.page_scene import (
     posed,
     rounded,
 )
-from pickcli.page.shape_parts import drawn_shape
+from pickcli.page.shape_parts import drawn_item
 
 _LIFT = 4e-4  # m between regions and the surface, for visibility
 _THIN = 1e-3  # m, least side of a region that is a line or a point
@@ -64,7 +64,7 @@ def grasps_page(item: Item, tool: Tool, place: str, found: CandidateSet) -> Page
             PageGroup(f"region {face.name}", posed(_T_IDENTITY), _REGION, (_region(face, item),), 0.6)
             for face in regions
         ),
-        items=(PageItem(item.name, name, item_ink(item), drawn_shape(item.shape), posed(_T_IDENTITY)),),
+        items=(PageItem(item.name, name, item_ink(item), drawn_item(item), posed(_T_IDENTITY)),),
         lines=tuple(PageLine(f"{k + 1}: {grasp}", _arrow(grasp), colour)
                     for k, (grasp, (colour, _)) in enumerate(loads)),
         legend=tuple((f"load {words}", colour) for _, colour, words in _LOADS),

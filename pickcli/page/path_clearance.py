@@ -11,12 +11,13 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.collision_world import Entered
 from pickcli.collision.kernel_robot import KernelRobot
 from pickcli.collision.kernel_validator import Contact
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.collision.stage_contacts import while_in_segment
 from pickcli.files.packed_array import packed
-from pickcli.geometry import Array, from_quaternion, pose
+from pickcli.geometry import Array, from_quaternion, inverse, pose
 from pickcli.motion.segment import Segment
 from pickcli.page.motion_parts import TIME_RESOLUTION
 from pickcli.page.page_motion import Carried, PathClearance
@@ -27,6 +28,7 @@ DISTANCE_RESOLUTION = 1e-4  # m, resolution of distances
 MOST_STEADY = 5  # number of rounds in which steady pairs are excluded
 MIN_STEADY_SHARE = 0.15  # share of a motion in which a steady pair is the nearest
 STEADY_VARIATION = 0.01  # m, largest variation of its distance
+MOST_PRESSED = 0.01  # m that a cup is pressed on a face
 _NOTHING = Contact(DISTANCE_CAP, "", "")
 
 
@@ -177,6 +179,19 @@ def _rows(segments: Sequence[Segment], times: Array) -> Iterator[tuple[Segment, 
         yield segment, range(int(first), int(last))
 
 
+def _entered(carried: Carried, scene: Scene) -> Entered | None:
+    """Return an item and its hollow that the tip is at the bottom of while it is held; None if in none."""
+    item = scene.item(carried.item)
+    tip = inverse(pose(carried.pose[:3], R=from_quaternion(carried.pose[3:])))[:3, 3]
+    for hollow in item.hollows:
+        low, high = hollow.bounds(item.shape)
+        in_front = np.where(np.arange(3) == hollow.axis, np.clip(tip, low, high), tip)
+        is_near = abs(float(tip[hollow.axis]) - hollow.height(item.shape)) <= MOST_PRESSED
+        if is_near and hollow.contains(item.shape, in_front):
+            return carried.item, hollow.bottom
+    return None
+
+
 def _checker(
     model: CollisionModel,
     scene: Scene,
@@ -190,6 +205,8 @@ def _checker(
     absent = frozenset({held.item} if held is not None else ())
     touching, pushed = (n for n in segment.touching if n in known), known & set(segment.pushing)
     contacts = while_in_segment(touching, absent & known, steady, frozenset(pushed))
+    entered = (_entered(each, scene) for each in carried if each.item in known - absent)
+    contacts = replace(contacts, entered=next((found for found in entered if found is not None), None))
     attached = None
     if held is not None:
         T = pose(held.pose[:3], R=from_quaternion(held.pose[3:]))

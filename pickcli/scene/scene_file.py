@@ -305,7 +305,17 @@ def _figures(item: Item) -> tuple[Any, ...]:
         numbers(item.shape.size),
         numbers([item.mass, item.mass_error, item.seal_inset, item.speed_scale]),
         [[face, *numbers([share]), numbers(item.area(face))] for face, share in sorted(item.seals.items())],
+        *([_hollows(item)] if item.hollows else ()),
     )
+
+
+def _hollows(item: Item) -> list[Any]:
+    """Figures of the hollows of an item, in the order of their names."""
+    hollows = sorted(item.hollows, key=lambda hollow: hollow.bottom)
+    return [
+        [hollow.bottom, numbers([hollow.depth, hollow.radius or 0.0, *np.ravel(hollow.sides).tolist()])]
+        for hollow in hollows
+    ]
 
 
 def _coarse(T: Array) -> list[float]:

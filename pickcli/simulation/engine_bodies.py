@@ -17,6 +17,7 @@ from pickcli.geometry import GRAVITY, Array, to_quaternion
 from pickcli.scene.colours import Colour
 from pickcli.simulation.engine_client import pybullet as p
 from pickcli.simulation.engine_client import quiet
+from pickcli.simulation.hollow_body import solids_of
 
 SOLVER_ITERATIONS = 50
 STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; friction of a pair is the product
@@ -229,7 +230,7 @@ class EngineBodies:
     def add_item(
         self, name: str, item: Item, T_world_item: Array, colour: Colour, mass: float | None = None
     ) -> None:
-        """Add a free body with the item's shape; it may be put to sleep by the engine.
+        """Add a free body with the item's shape, less its hollows; it may be put to sleep by the engine.
 
         Args:
             name: Name of the body.
@@ -239,7 +240,10 @@ class EngineBodies:
             mass: kg, the true mass if it differs from the stated one; distributed evenly over the shape.
         """
         mass = item.mass if mass is None else mass
-        self._create(name, item.shape, mass, T_world_item, colour)
+        if item.hollows:
+            self._create_compound(name, solids_of(item), mass, T_world_item, colour)
+        else:
+            self._create(name, item.shape, mass, T_world_item, colour)
         self._masses[name] = mass
         self._dynamics(
             name,
@@ -271,30 +275,7 @@ class EngineBodies:
             T: (4, 4) its pose.
             colour: Red, green, blue and opacity.
         """
-        solids = [_shape_arguments(part.shape, "length") for part in parts]
-        arguments = {
-            "shapeTypes": [each["shapeType"] for each in solids],
-            "halfExtents": [each.get("halfExtents", [1.0] * 3) for each in solids],
-            "radii": [each.get("radius", 1.0) for each in solids],
-            "lengths": [each.get("length", 1.0) for each in solids],
-        }
-        at = [part.T_parent_shape[:3, 3].tolist() for part in parts]
-        turns = [to_quaternion(part.T_parent_shape[:3, :3]).tolist() for part in parts]
-        body = p.createMultiBody(
-            baseMass=mass,
-            baseCollisionShapeIndex=p.createCollisionShapeArray(
-                **arguments, collisionFramePositions=at, collisionFrameOrientations=turns,
-                physicsClientId=self._client,
-            ),
-            baseVisualShapeIndex=p.createVisualShapeArray(
-                **arguments, rgbaColors=[colour] * len(solids), visualFramePositions=at,
-                visualFrameOrientations=turns, physicsClientId=self._client,
-            ),
-            basePosition=T[:3, 3].tolist(),
-            baseOrientation=to_quaternion(T[:3, :3]).tolist(),
-            physicsClientId=self._client,
-        )  # fmt: skip
-        self._register(name, body)
+        self._create_compound(name, parts, mass, T, colour)
         self._masses[name] = mass
         self._dynamics(name, localInertiaDiagonal=inertia.tolist())
         self._dynamics(
@@ -362,6 +343,34 @@ class EngineBodies:
             baseOrientation=to_quaternion(T[:3, :3]).tolist(),
             physicsClientId=self._client,
         )
+        self._register(name, body)
+
+    def _create_compound(
+        self, name: str, parts: Sequence[Body], mass: float, T: Array, colour: Colour
+    ) -> None:
+        solids = [_shape_arguments(part.shape, "length") for part in parts]
+        arguments = {
+            "shapeTypes": [each["shapeType"] for each in solids],
+            "halfExtents": [each.get("halfExtents", [1.0] * 3) for each in solids],
+            "radii": [each.get("radius", 1.0) for each in solids],
+            "lengths": [each.get("length", 1.0) for each in solids],
+        }
+        at = [part.T_parent_shape[:3, 3].tolist() for part in parts]
+        turns = [to_quaternion(part.T_parent_shape[:3, :3]).tolist() for part in parts]
+        body = p.createMultiBody(
+            baseMass=mass,
+            baseCollisionShapeIndex=p.createCollisionShapeArray(
+                **arguments, collisionFramePositions=at, collisionFrameOrientations=turns,
+                physicsClientId=self._client,
+            ),
+            baseVisualShapeIndex=p.createVisualShapeArray(
+                **arguments, rgbaColors=[colour] * len(solids), visualFramePositions=at,
+                visualFrameOrientations=turns, physicsClientId=self._client,
+            ),
+            basePosition=T[:3, 3].tolist(),
+            baseOrientation=to_quaternion(T[:3, :3]).tolist(),
+            physicsClientId=self._client,
+        )  # fmt: skip
         self._register(name, body)
 
     def _register(self, name: str, body: int) -> None:

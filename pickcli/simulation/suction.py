@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import Tool
 from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.geometry import GRAVITY, Array, inverse, length, transform_points
@@ -244,7 +244,8 @@ class Suction:
             return OPEN
         item, T_item_world = self._items[name], inverse(self._engine.pose(name))
         tip = T_item_world[:3] @ T_world_tip[:, 3]
-        face = face_at(item.shape, tip)
+        # Of a thin bottom the tip of a cup that is pressed on may be nearer to the other side.
+        face = face_at(item, tip + float(np.median(met)) * (T_item_world[:3, :3] @ T_world_tip[:3, 2]))
         rooms, cup = item.rooms(face, tip), self._tool.cup
         if float(rooms.min()) < cup.radius:  # air comes in beyond the edges of a box
             seal = item.seals[face] if self._has_honest_seals else 1.0
@@ -307,16 +308,24 @@ class Suction:
         self._engine.twist(self._robot, -torque, self._tool.last_link)
 
 
-def face_at(shape: Shape, point: Array) -> str:
-    """Return the name of the face nearest to a point, among ``shape.face_names``.
+def face_at(item: Item, point: Array) -> str:
+    """Return the name of the face nearest to a point, among ``item.face_names``.
 
     Args:
-        shape: The shape.
-        point: (3,) m in the shape's own frame.
+        item: The item.
+        point: (3,) m in the item frame.
 
     Returns:
         The name.
     """
+    shape = item.shape
+    for hollow in item.hollows:
+        low, high = hollow.bounds(shape)
+        inside = np.clip(point, low, high)
+        over = abs(float(point[hollow.axis]) - hollow.height(shape))
+        is_near = over < min(hollow.depth, float(shape.extents[hollow.axis]) - hollow.depth) / 2
+        if is_near and hollow.contains(shape, np.where(np.arange(3) == hollow.axis, inside, point)):
+            return hollow.bottom
     if shape.kind is ShapeKind.SPHERE:
         return "sphere"
     out = np.abs(point) - shape.extents / 2

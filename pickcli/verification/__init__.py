@@ -6,7 +6,7 @@ Read in this order:
 
 - Entry point and result: `verify`, which runs all checks, and its `verdict`.
 - Poses of all solids: `state_sampling`, `forward_kinematics` with `finger_kinematics`, `held_pose`,
-  `moving_parts`, `static_solids` and `cloud_points`.
+  `moving_parts` with `hollow_walls`, `static_solids` and `cloud_points`.
 - Distances: `fcl_solids` and `separation` for two solids, `pair_distance` over a motion,
   `link_shapes` for two links at single configurations; `solid_arrays` and `broad_phase` for thousands of
   pairs at once; `ray_casting` along a line.

@@ -238,6 +238,8 @@ def _near(
     """
 
     def is_world_pair_tested(a: Part, b: Part | Fixture) -> bool:
+        if isinstance(b, Fixture) and b.is_wall:  # of the hollow that the tool is in: nothing may touch it
+            return bool(a.reach.any())
         return (a.name, b.name) not in opening_pairs and not exempt.is_world_pair_untested(a, b.name)
 
     def is_own_pair_tested(a: Part, b: Part | Fixture) -> bool:

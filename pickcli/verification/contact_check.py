@@ -26,7 +26,7 @@ from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.contact_exemptions import ends_at_rest
 from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.forward_kinematics import T_lance_last
-from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.moving_parts import Fixture, Part, TestedPairs
 from pickcli.verification.pile_statics import removal
 from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import States
@@ -69,6 +69,8 @@ def check_touch(
             if fixture.name not in exempt[k].touching:
                 continue
             for part in moving[k]:
+                if part.against is TestedPairs.ROBOT:
+                    continue
                 if part.is_cup or (part.is_held and fixture.name not in exempt[k].pushed):
                     pair = _Pair(scene, segment, k, part, fixture, states)
                     reasons += pair.too_deep(range(first, last + 1), at_rest)

@@ -11,7 +11,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.contact_exemptions import ends_at_rest, may_touch, releases
-from pickcli.verification.moving_parts import Part
+from pickcli.verification.moving_parts import Part, TestedPairs
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 
@@ -48,6 +48,8 @@ class Exemptions:
         Returns:
             True if it may.
         """
+        if part.against is TestedPairs.ROBOT:
+            return True
         if part.is_finger:
             return name == self.pinched
         if name in self.pushed and (part.is_cup if self.is_empty else part.is_held):
@@ -68,6 +70,8 @@ class Exemptions:
             True if they are.
         """
         if a.name == b.name:
+            return True
+        if TestedPairs.WORLD in (a.against, b.against):
             return True
         if a.is_held or b.is_held:
             return a.is_cup or b.is_cup or a.is_finger or b.is_finger
@@ -156,7 +160,7 @@ def _touching(
         held_in = min(k + 1, len(plan.segments) - 1)
     else:
         held_in = k - 1 if segment.kind is SegmentKind.DEPART and k > 0 else k
-    resting = [part for part in moving[held_in] if part.is_held]
+    resting = [part for part in moving[held_in] if part.is_held and part.against is not TestedPairs.ROBOT]
     resting = resting or [part for part in moving[k] if part.is_cup]
     near = set()
     for fixture in world.of(k):

@@ -151,9 +151,18 @@ def _rooms(item: Item, face: str, tip: Array) -> Array:
         if axis != face[1]:
             k = "xyz".index(axis)
             half = float(item.shape.extents[k]) / 2
+            low, high = _sides(item, face).get(axis, (-half, half))
             least, greatest = item.areas.get(face, {}).get(axis, (-half, half))
-            rooms.append([tip[k] - max(least, -half), min(greatest, half) - tip[k]])
+            rooms.append([tip[k] - max(least, low), min(greatest, high) - tip[k]])
     return np.array(rooms)
+
+
+def _sides(item: Item, face: str) -> dict[str, tuple[float, float]]:
+    """Return the sides by axis, m, of the rectangular hollow with a bottom; {} for outer faces."""
+    for hollow in item.hollows:
+        if f"{hollow.face}/{hollow.name}" == face:
+            return dict(zip("xyz".replace(face[1], ""), hollow.sides, strict=False))
+    return {}
 
 
 def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
@@ -162,6 +171,9 @@ def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
     The room is the distance of the point to the edge of the sealing part.
     """
     shape, half = item.shape, item.shape.extents / 2
+    bottom = _bottom_at(item, p)
+    if bottom is not None:
+        return bottom
     if shape.kind is ShapeKind.SPHERE:
         r = float(np.linalg.norm(p))
         return "sphere", r - shape.size[0], p / max(r, 1e-9), np.inf
@@ -180,6 +192,27 @@ def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
         return name, float(abs(p[2]) - length / 2), normal, to_edge
     normal = np.array([p[0], p[1], 0.0]) / max(r, 1e-9)
     return "mantle", r - radius, normal, min(float(length / 2 - abs(p[2])), _to_the_end(item, "mantle", p))
+
+
+def _bottom_at(item: Item, p: Array) -> tuple[str, float, Array, float] | None:
+    """Return the bottom of the hollow that a point (3,) is nearest to, likewise; None if it is at none.
+
+    A point is nearest to it in the lower half of the hollow, and in the upper half of what is left under it.
+    """
+    for hollow in item.hollows:
+        k, side = "xyz".index(hollow.face[1]), 1.0 if hollow.face[0] == "+" else -1.0
+        half = float(item.shape.extents[k]) / 2
+        height = float(side * p[k]) - (half - hollow.depth)
+        if hollow.radius is not None:
+            room = hollow.radius - float(np.hypot(p[0], p[1]))
+        else:
+            others = [axis for axis in range(3) if axis != k]
+            sides = zip(others, hollow.sides, strict=True)
+            room = min(min(float(p[a]) - least, greatest - float(p[a])) for a, (least, greatest) in sides)
+        name = f"{hollow.face}/{hollow.name}"
+        if room >= 0.0 and hollow.depth / 2 - half < height < hollow.depth / 2:
+            return name, height, side * np.eye(3)[k], min(room, _to_the_end(item, name, p))
+    return None
 
 
 def _to_the_end(item: Item, face: str, p: Array) -> float:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 
@@ -12,7 +14,7 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.verification.fcl_solids import CoveringSpheres, Solid, cover
 from pickcli.verification.forward_kinematics import (
     T_parent_child,
@@ -23,8 +25,17 @@ from pickcli.verification.forward_kinematics import (
     stated_position,
     touching_joints,
 )
+from pickcli.verification.hollow_walls import farthest_point, opened
 
 SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the moving cup
+
+
+class TestedPairs(StrEnum):
+    """Pairs in which a part is tested."""
+
+    ALL = "all"
+    WORLD = "world"
+    ROBOT = "robot"
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +58,8 @@ class Part:
         is_cup: Whether it is the cup.
         is_finger: Whether it belongs to a finger of a gripper.
         is_held: Whether it is the held item.
+        against: What it is tested against: the outer shape of an item that is held by the bottom of a hollow
+            only against the world, and its body around that hollow only against the robot.
     """
 
     name: str
@@ -60,6 +73,7 @@ class Part:
     is_cup: bool = False
     is_finger: bool = False
     is_held: bool = False
+    against: TestedPairs = TestedPairs.ALL
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +86,7 @@ class Fixture:
         shape: The shape.
         solid: The shape in fcl.
         slack: m that any point may be outside of its shape.
+        is_wall: Whether it is a wall of the hollow by which its item is taken, which nothing may touch.
     """
 
     name: str
@@ -79,6 +94,7 @@ class Fixture:
     shape: Shape
     solid: Solid
     slack: float = 0.0
+    is_wall: bool = False
 
 
 def fixtures(scene: Scene) -> tuple[Fixture, ...]:
@@ -97,19 +113,46 @@ def fixtures(scene: Scene) -> tuple[Fixture, ...]:
     return tuple(found)
 
 
+def around_hollow(found: Iterable[Fixture], plan: Plan, scene: Scene) -> tuple[Fixture, ...]:
+    """Open the item that a plan takes by the bottom of a hollow: the tool may enter that one alone.
+
+    Args:
+        found: Fixtures, the items as their outer shapes.
+        plan: The plan.
+        scene: The plan's scene.
+
+    Returns:
+        The fixtures, the outer shape of that item replaced by the solids around its hollow.
+    """
+    found = tuple(found)
+    body = None if plan.grasp is None else opened(scene.item(plan.grasp.item), plan.grasp.face)
+    if plan.grasp is None or body is None:
+        return found
+    name = plan.grasp.item
+    noise = scene.noise_of(scene.instance(name))
+    pieces = []
+    for each in (each for each in found if each.name == name):
+        for k, piece in enumerate(body.all):
+            slack = min(each.slack, _error_of(piece, noise))
+            T = each.T_world_shape @ piece.T_parent_shape
+            pieces.append(replace(_fixture(name, T, piece.shape, slack), is_wall=k > 0))
+    return (*(each for each in found if each.name != name), *pieces)
+
+
 def _fixture(name: str, T: Array, shape: Shape, slack: float = 0.0) -> Fixture:
     solid = Solid(shape)
     solid.place(T)
     return Fixture(name, T, shape, solid, slack)
 
 
-def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Part, ...]:
+def parts(scene: Scene, segment: Segment, T_tip_item: Array | None, face: str = "") -> tuple[Part, ...]:
     """Return all solids that the arm moves in a segment.
 
     Args:
         scene: The plan's scene.
         segment: The segment.
         T_tip_item: (4, 4) pose of the item in the tool frame, if one is held.
+        face: Face by which it is held.
 
     Returns:
         The parts.
@@ -127,10 +170,31 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
             named = replace(body, name=robot.links[joint + 1].name)
             found += _in_states(robot, joint, segment.tool_state, named)
     if segment.held is not None and T_tip_item is not None:
-        bound = scene.bound(scene.instance(segment.held))
-        held = held_body(scene, segment.held, T_tip_item)
-        found += _in_states(robot, cup - 1, segment.tool_state, held, bound, True)
+        found += _held(scene, segment, T_tip_item, face)
     return tuple(found)
+
+
+def _error_of(piece: Body, noise: PoseNoise) -> float:
+    """Bound the error in m of the points of a solid in the item frame: less where it is near the middle."""
+    return float(noise.at(np.array(farthest_point(piece))))
+
+
+def _held(scene: Scene, segment: Segment, T_tip_item: Array, face: str) -> list[Part]:
+    """Return the held item, on the joint of the cup; held in a hollow, with its body around that."""
+    assert segment.held is not None
+    robot, name = scene.cell.robot, segment.held
+    joint, bound = last_joint_index(robot), scene.bound(scene.instance(name))
+    whole, around = held_body(scene, name, T_tip_item), opened(scene.item(name), face)
+    outer = _in_states(robot, joint, segment.tool_state, whole, bound, True)
+    if around is None:
+        return outer
+    found = [replace(part, against=TestedPairs.WORLD) for part in outer]
+    for piece in around.all:
+        body = Body(name, piece.shape, whole.T_parent_shape @ piece.T_parent_shape)
+        near = min(bound, _error_of(piece, scene.noise_of(scene.instance(name))))
+        pieces = _in_states(robot, joint, segment.tool_state, body, near, True)
+        found += [replace(part, against=TestedPairs.ROBOT) for part in pieces]
+    return found
 
 
 def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> list[tuple[Part, ...]]:
@@ -148,7 +212,8 @@ def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> lis
     for segment in plan.segments:
         key = (segment.tool_state, segment.held)
         if key not in known:
-            known[key] = parts(scene, segment, T_tip_item)
+            face = "" if plan.grasp is None or plan.grasp.item != segment.held else plan.grasp.face
+            known[key] = parts(scene, segment, T_tip_item, face)
     return [known[segment.tool_state, segment.held] for segment in plan.segments]
 
 

@@ -203,7 +203,8 @@ def check_opening(
     if plan.recovery in (None, RecoveryLevel.AS_PLANNED):
         return Opening()
     clearance = scene.cell.clearance
-    near = _near_at_start(states, moving[0], world.of(0), clearance)
+    there = [each for each in world.of(0) if not each.is_wall]
+    near = _near_at_start(states, moving[0], there, clearance)
     # Entering an item by no more than its pose error pushes it, at worst, by that much.
     exact = frozenset(placed.id for placed in scene.items) if plan.recovery in IGNORES_ERROR else frozenset()
     # A way back may come nearer to what the motion that stopped was planned to touch: ``check_touch`` bounds
@@ -219,7 +220,8 @@ def check_opening(
     reasons: dict[tuple[str, str], Reason] = {}
     for k, segment in enumerate(plan.segments):
         first, last = states.between(segment.t_start, segment.t_end)
-        fixtures = {f.name: replace(f, slack=0.0) if f.name in exact else f for f in world.of(k)}
+        outer = (each for each in world.of(k) if not each.is_wall)  # walls of a hollow keep the clearance
+        fixtures = {f.name: replace(f, slack=0.0) if f.name in exact else f for f in outer}
         for pair in sorted(followed[k]):
             parts = [part for part in moving[k] if part.name == pair[0]]
             if pair[1] in fixtures and parts and pair not in reasons:

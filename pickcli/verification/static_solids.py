@@ -13,7 +13,7 @@ from pickcli.motion.plan import Plan
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.contact_exemptions import releases
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
-from pickcli.verification.moving_parts import Fixture, fixtures
+from pickcli.verification.moving_parts import Fixture, around_hollow, fixtures
 from pickcli.verification.quintic import positions_at
 
 # m, besides twice the pose errors, within which a perceived item counts as the held one
@@ -63,7 +63,7 @@ def plan_fixtures(plan: Plan, scene: Scene, T_tip_item: Array | None) -> PlanFix
     Returns:
         The fixtures.
     """
-    before = _not_in_the_cup(plan, scene, fixtures(scene))
+    before = around_hollow(_not_in_the_cup(plan, scene, fixtures(scene)), plan, scene)
     ends = releases(plan)
     if not ends or plan.grasp is None or T_tip_item is None:
         return PlanFixtures(plan, before, None)
@@ -74,7 +74,8 @@ def plan_fixtures(plan: Plan, scene: Scene, T_tip_item: Array | None) -> PlanFix
     name = plan.grasp.item
     taken = scene.instance(name)
     placed = PlacedItem(name, taken.item, place.name, T, taken.noise)
-    return PlanFixtures(plan, before, fixtures(replace(scene, items=(*scene.without(name).items, placed))))
+    there = fixtures(replace(scene, items=(*scene.without(name).items, placed)))
+    return PlanFixtures(plan, before, around_hollow(there, plan, scene))
 
 
 def _not_in_the_cup(plan: Plan, scene: Scene, found: tuple[Fixture, ...]) -> tuple[Fixture, ...]:

@@ -208,6 +208,18 @@ def test_an_item_that_nothing_holds_needs_a_seal() -> None:
     assert max(found.item.seals.values()) == 0.5 and found.item.why_not == ""
 
 
+def test_hollows_are_left_out_as_regions_know_the_outer_shape(tmp_path: Path) -> None:
+    """A face that seals all over, by a region, and that a hollow opens through could not be read again."""
+    brush = ITEMS["dr_browns_bottle_brush", 2016]
+    front = [((-0.01, 0.01), (0.0, 0.0), (0.029, 0.029), FREE, (3.14, 3.15), (0.0, 0.0))]
+    found = import_regions(regions_of(*front), brush, axes=np.eye(3)).item
+    assert brush.hollows and not found.hollows
+    assert found.seals["+z"] > 0.0 and set(found.seals) == set(brush.shape.face_names)
+    path = tmp_path / "item.yaml"
+    path.write_text(items_text([found]))
+    assert list(read_items(path).values()) == [found]
+
+
 # Files of items
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -93,8 +95,11 @@ def test_the_same_seed_gives_the_same_candidates(name: str, T: Array) -> None:
     assert all((g.T_item_tip == h.T_item_tip).all() for g, h in zip(a, b, strict=True))
 
 
+LIMITED = ["woods_extension_cord", "clorox_utility_brush", "up_glucose_bottle"]  # in their areas
+
+
 @pytest.mark.parametrize("search", [USUAL, WIDE_SEARCH])
-@pytest.mark.parametrize("name", ["woods_extension_cord", "clorox_utility_brush", "up_glucose_bottle"])
+@pytest.mark.parametrize("name", [*LIMITED, "dr_browns_bottle_brush"])
 def test_the_whole_rim_is_on_the_part_of_the_face_that_seals(name: str, search: Search) -> None:
     """In an upright and a lying pose; the rim is checked point by point."""
     item = CELL.item(name, 2016)
@@ -114,7 +119,9 @@ def test_the_whole_rim_is_on_the_part_of_the_face_that_seals(name: str, search: 
 
 def test_no_candidate_is_on_a_face_that_does_not_seal() -> None:
     upright = pose([0.25, 0.0, 0.03])
-    item = CELL.item("platinum_pets_dog_bowl", 2016)
+    bowl = CELL.item("platinum_pets_dog_bowl", 2016)
+    seals = {face: bowl.seals[face] for face in bowl.shape.face_names}
+    item = replace(bowl, hollows=(), seals=seals)
     found = sample_suctions(
         GraspTarget(item.name, item, upright, BIN), TOOL, np.random.default_rng(0), WIDE_SEARCH
     )
@@ -122,6 +129,18 @@ def test_no_candidate_is_on_a_face_that_does_not_seal() -> None:
     assert [reason.what for reason in found.rejected] == ["no face within reach"]
     lid_down = pose([0.25, 0.0, 0.03], rpy=[np.pi, 0.0, 0.0])
     assert {g.face for g in sampled(item.name, lid_down, USUAL)} == {"-z"}
+
+
+def test_candidates_in_a_bowl_are_at_its_bottom_with_the_rim_inside_of_its_walls() -> None:
+    item = CELL.item("platinum_pets_dog_bowl", 2016)
+    (hollow,) = item.hollows
+    grasps = sampled(item.name, pose([0.25, 0.0, 0.03]), WIDE_SEARCH)
+    assert {g.face for g in grasps} == {"+z/bowl"}
+    tips = np.array([g.T_item_tip[:3, 3] for g in grasps])
+    np.testing.assert_allclose(tips[:, 2], item.height("+z/bowl"), atol=1e-12)
+    assert hollow.radius is not None
+    most = hollow.radius - TOOL.cup.radius - item.seal_inset
+    assert 0.5 * most < np.hypot(tips[:, 0], tips[:, 1]).max() <= most + 1e-9
 
 
 def test_the_best_grasp_of_a_box_is_next_to_its_centre_of_mass() -> None:

@@ -32,7 +32,9 @@ def shown(name: str) -> PageDocument:
     return grasps_page(CELL.item(name), TOOL, "bin_E", found(name))
 
 
-@pytest.mark.parametrize("name", ["crayola_24_ct", "dasani_water_bottle", "rawlings_baseball"])
+@pytest.mark.parametrize(
+    "name", ["crayola_24_ct", "dasani_water_bottle", "rawlings_baseball", "platinum_pets_dog_bowl"]
+)
 def test_regions_lie_where_the_centre_of_the_cup_may_be(name: str) -> None:
     item, document = CELL.item(name), shown(name)
     regions = {f"region {face.name}": face.region for face in faces(item, TOOL)}

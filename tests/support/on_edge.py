@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pickcli.cell.cell_file import load_cell
@@ -15,8 +17,9 @@ APART = 0.0002  # m between an item and the floor, and 8 mm between it and the w
 
 
 def on_edge(x: float = 0.2, from_wall: float = 0.008, yaw: float = 0.0) -> PlacedItem:
-    """The brush on its edge along the left wall, with its middle so many m inwards."""
-    place, item = CELL.places[BIN], CELL.item(BRUSH)
+    """The brush on its edge along the left wall, with its middle so many m inwards; only its back seals."""
+    place, brush = CELL.places[BIN], CELL.item(BRUSH)
+    item = replace(brush, hollows=(), seals={face: brush.seals[face] for face in brush.shape.face_names})
     length, height, width = item.shape.extents
     z, pitch = place.room.rest(np.array(x), np.array(length / 2))
     R = rotation_rpy(0.0, float(pitch), yaw) @ rotation_rpy(np.pi / 2, 0.0, 0.0)

@@ -9,7 +9,9 @@ from annotated_types import Len
 from pydantic import Field, field_validator, model_validator
 
 from pickcli.cell.data_path import data_path
+from pickcli.cell.hollow import Hollow
 from pickcli.cell.item import LEAST_SHARE, Item
+from pickcli.cell.schemas.hollow_schema import HollowModel, HollowName, check_together
 from pickcli.cell.sensors.material import Material
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
@@ -25,7 +27,8 @@ HEAVIEST = 20.0  # kg of an item
 MOST_DEFORMED = 0.4  # of the thinnest side of a box, by which a look may be inside of it
 BEYOND = 0.005  # m that an area may be stated beyond its face
 LIGHT, HEAVY = 10.0, 4000.0  # kg/m3: foam, and metal that fills most of its bounding box
-WARNINGS = ("odd_density",)  # kinds of warnings about item files
+NARROWEST_CUP = 0.02  # m, width of the smallest cup of which a hollow that seals is taken to have room
+WARNINGS = ("odd_density", "narrow_hollow")  # kinds of warnings about item files
 ItemName = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[a-z0-9_]+$")]
 
 
@@ -75,6 +78,9 @@ class ItemModel(FileModel):
     deforms: Annotated[float, Field(ge=0, le=0.1)] = Field(
         0.0, description="m by which its surface may be inside of its shape in pictures"
     )
+    hollows: Annotated[dict[HollowName, HollowModel], Len(0, 20)] = Field(
+        default_factory=dict, description="parts missing from the shape, by name, each open through one face"
+    )
     folded: str = Field("", description="how cloth or a bag was folded")
     source: Annotated[str, Field(min_length=3)] = Field(description="where the figures come from")
 
@@ -96,9 +102,17 @@ class ItemModel(FileModel):
         return self
 
     @model_validator(mode="after")
+    def _hollows(self) -> ItemModel:
+        if self.hollows and self._has_one_shape:
+            if self.deforms:
+                raise ValueError("deforms: expected none of an item with hollows, which is stiff; remove it")
+            check_together(self.hollows_in_shape, self.shape)
+        return self
+
+    @model_validator(mode="after")
     def _faces(self) -> ItemModel:
         if self._has_one_shape:
-            known = self.shape.face_names
+            known = self.face_names
             for name in (*self.seals, *self.areas):
                 if name not in known:
                     raise ValueError(f"expected faces of its shape ({', '.join(known)}), got {name}")
@@ -126,14 +140,41 @@ class ItemModel(FileModel):
                     self._check_area(name, axis, least, greatest)
         return self
 
+    @model_validator(mode="after")
+    def _over_hollows(self) -> ItemModel:
+        """Refuse outer faces that are said to seal where a hollow opens through them."""
+        for hollow in self.hollows_in_shape if self._has_one_shape else ():
+            if self.shares[hollow.face] > 0.0 and self._reaches_over(hollow):
+                raise ValueError(
+                    f"hollows.{hollow.name}: {hollow.face} is said to seal where it opens; state areas of "
+                    f"{hollow.face} beside it, or its seal as 0"
+                )
+        return self
+
+    def _reaches_over(self, hollow: Hollow) -> bool:
+        """Whether the part of a face that seals reaches over a hollow that opens through it."""
+        low, high = hollow.bounds(self.shape)
+        stated = {"xyz".index(axis): side for axis, side in self.areas.get(hollow.face, {}).items()}
+        within = {k: stated.get(k, (low[k], high[k])) for k in hollow.across}
+        return all(least < high[k] and greatest > low[k] for k, (least, greatest) in within.items())
+
     def _check_area(self, name: str, axis: Literal["x", "y", "z"], least: float, greatest: float) -> None:
         """Raise ValueError if an area has a limit along an axis that its face lacks, or is beyond it."""
         known = _axes_of(self.shape, name)
         if axis not in known:
             which = f"along {' and '.join(known)} of the face" if known else "of a box or cylinder"
             raise ValueError(f"expected an area {which}, got {axis} of {name}; correct the axis")
-        half = float(self.shape.extents["xyz".index(axis)]) / 2
-        if max(-least, greatest) > half + BEYOND or min(-least, greatest) < -half:
+        k = "xyz".index(axis)
+        half = float(self.shape.extents[k]) / 2
+        hollow = next((each for each in self.hollows_in_shape if each.bottom == name), None)
+        if hollow is not None:
+            low, high = hollow.bounds(self.shape)[:, k].tolist()
+            if least < low - BEYOND or greatest > high + BEYOND or greatest < low or least > high:
+                raise ValueError(
+                    f"expected {axis} of {name} within its hollow, {[low, high]}, got {[least, greatest]}; "
+                    "lengths are in m, not mm, along the axes of the item frame"
+                )
+        elif max(-least, greatest) > half + BEYOND or min(-least, greatest) < -half:
             raise ValueError(
                 f"expected {axis} of {name} within {half:g} m of the middle, got {[least, greatest]}; "
                 "lengths are in m, not mm, along the axes of the item frame"
@@ -142,7 +183,9 @@ class ItemModel(FileModel):
     @model_validator(mode="after")
     def _inset(self) -> ItemModel:
         if self._has_one_shape and not self.why_not and self.shape.kind is not ShapeKind.SPHERE:
-            sides = [_narrowest(self.shape, name) for name, share in self.shares.items() if share > 0.0]
+            widths = {hollow.bottom: hollow.width for hollow in self.hollows_in_shape}
+            sealing = [name for name, share in self.shares.items() if share > 0.0]
+            sides = [widths.get(name) or _narrowest(self.shape, name) for name in sealing]
             if sides and 2 * self.seal_inset >= max(sides):
                 raise ValueError(
                     f"expected a seal_inset under {max(sides) / 2:g} m, half of the widest face that seals, "
@@ -165,9 +208,19 @@ class ItemModel(FileModel):
         return Shape(ShapeKind.SPHERE, self.sphere)
 
     @property
+    def hollows_in_shape(self) -> tuple[Hollow, ...]:
+        """The hollows, in their order. Raises ValueError if one does not fit into the shape."""
+        return tuple(model.in_shape(name, self.shape) for name, model in self.hollows.items())
+
+    @property
+    def face_names(self) -> tuple[str, ...]:
+        """Names of the faces: those of the shape, then the bottoms of the hollows."""
+        return (*self.shape.face_names, *(hollow.bottom for hollow in self.hollows_in_shape))
+
+    @property
     def shares(self) -> dict[str, float]:
-        """Share of full vacuum by face of the shape."""
-        return {face: self.seals.get(face, self.seal) for face in self.shape.face_names}
+        """Share of full vacuum by face."""
+        return {face: self.seals.get(face, self.seal) for face in self.face_names}
 
 
 class ItemsModel(FileModel):
@@ -245,6 +298,7 @@ def read_items(path: Path) -> dict[tuple[str, int], Item]:
     warnings = FileWarnings.of(source)
     for name, item in model.items.items():
         _warn_of_density(warnings, name, item)
+        _warn_of_narrow_hollows(warnings, name, item)
     warnings.log()
     return {(name, model.year): _item(name, model.year, item) for name, item in model.items.items()}
 
@@ -258,6 +312,15 @@ def _warn_of_density(warnings: FileWarnings, name: str, item: ItemModel) -> None
         text += "as solid metal" if density > HEAVY else "less than foam"
         text += "; are sizes in m and masses in kg?"
         warnings.add("odd_density", name, ("items", name, "mass"), text)
+
+
+def _warn_of_narrow_hollows(warnings: FileWarnings, name: str, item: ItemModel) -> None:
+    """Warn of a hollow whose bottom is said to seal, though no usual cup goes into it."""
+    for hollow in item.hollows_in_shape:
+        if item.shares[hollow.bottom] > 0.0 and hollow.width < NARROWEST_CUP:
+            text = f"{name}: the hollow {hollow.name} is {1e3 * hollow.width:.3g} mm wide, narrower than any "
+            text += f"usual cup ({1e3 * NARROWEST_CUP:g} mm), so its bottom is never used; are lengths in m?"
+            warnings.add("narrow_hollow", name, ("items", name, "hollows", hollow.name), text)
 
 
 def _item(name: str, year: int, model: ItemModel) -> Item:
@@ -281,4 +344,5 @@ def _item(name: str, year: int, model: ItemModel) -> Item:
         colour=model.colour,
         is_printed=model.printed,
         deformation=model.deforms,
+        hollows=model.hollows_in_shape,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from pickcli.cell.hollow import Hollow
 from pickcli.cell.item import Item
 from pickcli.cell.sensors.material import Material
 from pickcli.files.yaml_reader import quoted
@@ -57,10 +58,24 @@ def _lines(item: Item) -> Iterator[str]:
         yield "printed: true"
     if item.deformation:
         yield f"deforms: {item.deformation!r}"
+    if item.hollows:
+        yield "hollows:"
+        for hollow in item.hollows:
+            yield f"  {hollow.name}: {{{_hollow(hollow)}}}"
     for key in _OPTIONAL:
         if text := getattr(item, key):
             yield f"{key}: {_text(text)}"
     yield f"source: {_text(item.source)}"
+
+
+def _hollow(hollow: Hollow) -> str:
+    """Write the keys of a hollow."""
+    keys = [f"face: {quoted(hollow.face)}", f"depth: {hollow.depth!r}"]
+    if hollow.radius is not None:
+        keys.append(f"radius: {hollow.radius!r}")
+    for axis, (least, greatest) in zip(hollow.across, hollow.sides, strict=False):
+        keys.append(f"{'xyz'[axis]}: [{least!r}, {greatest!r}]")
+    return ", ".join(keys)
 
 
 def _text(text: str) -> str:

@@ -68,6 +68,9 @@ def plan_transfer_with_tool_change(
         for failure.
     """
     context, target = problem.context, problem.target
+    if target.item.hollow_at(taking.grasp.face) is not None:
+        why = "the lance is proven to stay in the hollow, or over it, in one state of the tool"
+        return Failures.of(Reason("tool cannot turn", f"{target.id}, face {taking.grasp.face}", why))
     before, after = taking.holding_state, placements[0].holding_state
     contacts = problem.contacts.while_transferring()
     starts = np.stack([placement.start for placement in placements])

@@ -183,7 +183,7 @@ def _normals(placed: PlacedItem) -> list[Array]:
     for name, share in placed.item.seals.items():
         if share == 0.0:
             continue
-        if len(name) == 2 and name[0] in "+-" and name[1] in "xyz":
+        if name[0] in "+-":  # also the bottom of a hollow
             normal = R[:, "xyz".index(name[1])] * (1.0 if name[0] == "+" else -1.0)
             if normal[2] > -ALIKE:  # no cup comes from below
                 found.append(normal)

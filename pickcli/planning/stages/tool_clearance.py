@@ -80,7 +80,7 @@ def with_room_beside(
     """
     roomy, failures = list[Grasp](), Failures()
     for grasp in grasps:
-        tool = _approaching(problem, grasp.tool_state)
+        tool = _approaching(problem, grasp.face, grasp.tool_state)
         contact = problem.target.T_world_item @ grasp.T_item_tip
         T = np.repeat(_touch(problem, grasp.face, grasp.T_item_tip[None], contact[None]), 2, axis=0)
         T[:, :3, 3] += np.stack([by, -by])
@@ -118,7 +118,7 @@ def _have_clearance(
     for tool in _at_target(problem, face, tool_state):
         left = left[tool.are_valid_at(T[left])]
     before = _touch(problem, face, T_item_tip[left], T[left])
-    left = left[_approaching(problem, tool_state).are_valid_at(before)]
+    left = left[_approaching(problem, face, tool_state).are_valid_at(before)]
     is_clear = np.zeros(len(T), dtype=bool)
     is_clear[left] = _can_be_lifted(_carrying(problem, face, tool_state), T[left], ways_out)
     return is_clear
@@ -136,7 +136,7 @@ def _why_not_clear(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]
     for tool in _at_target(problem, grasp.face, grasp.tool_state):
         if not tool.are_valid_at(T[None])[0]:
             return _blocked(problem, tool, T[None], f"{where}, contact")
-    empty = _approaching(problem, grasp.tool_state)
+    empty = _approaching(problem, grasp.face, grasp.tool_state)
     touch = _touch(problem, grasp.face, grasp.T_item_tip[None], T[None])
     if not empty.are_valid_at(touch)[0]:
         return _blocked(problem, empty, touch, f"{where}, approach")
@@ -167,9 +167,11 @@ def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) ->
 
 def _ways_in(problem: PickProblem, grasp: Grasp) -> tuple[PickPoses, ...] | Failures:
     """Find ways to the contact, the simplest first."""
-    empty, slow = _approaching(problem, grasp.tool_state), _slow_distance(problem)
+    empty, slow = _approaching(problem, grasp.face, grasp.tool_state), _slow_distance(problem)
     overtravel = float(_overtravel(problem, grasp.face, grasp.T_item_tip[None])[0])
-    usual, shortest = problem.settings.approach_offset, max(overtravel + slow, LEAST_APPROACH)
+    hollow = problem.target.item.hollow_at(grasp.face)
+    usual = problem.settings.approach_offset + (0.0 if hollow is None else hollow.depth)  # from over its rim
+    shortest = max(overtravel + slow, LEAST_APPROACH)
 
     def poses_of(offset: float) -> PickPoses:
         T_world_item = problem.target.T_world_item
@@ -262,8 +264,8 @@ def _touch(problem: PickProblem, face: str, T_item_tip: Array, T_world_tip: Arra
     return shifted(T_world_tip, -before[:, None] * T_world_tip[:, :3, 2])
 
 
-def _approaching(problem: PickProblem, tool_state: ToolState) -> FreeToolChecker:
-    return _checker(problem, Mode(tool_state, contacts=problem.contacts.while_approaching()))
+def _approaching(problem: PickProblem, face: str, tool_state: ToolState) -> FreeToolChecker:
+    return _checker(problem, Mode(tool_state, contacts=problem.contacts.while_approaching(face)))
 
 
 def _at_target(problem: PickProblem, face: str, tool_state: ToolState) -> tuple[FreeToolChecker, ...]:
