@@ -33,13 +33,14 @@ def command(strategy_name: str | None, output: Path | None, overwrite: bool, as_
       apc show-strategy delft
       apc show-strategy kth -o kth.svg
     """
-    from pickcli.strategy.strategy_file import load_strategy, packaged_strategies
+    from pickcli.strategy.node_types import TrialKind
+    from pickcli.strategy.strategy_file import find_strategy, load_strategy, packaged_strategies
     from pickcli.strategy.strategy_text import strategy_text
 
     if strategy_name is None:
         if output is not None:
             raise click.UsageError("-o writes one strategy: name it, e.g. apc show-strategy kth -o kth.svg")
-        named = [load_strategy(name) for name in packaged_strategies()]
+        named = [load_strategy(name, kind) for kind in TrialKind for name in packaged_strategies(kind)]
         if as_json:
             emit_json({"strategies": {each.name: each.description for each in named}})
         else:
@@ -49,7 +50,7 @@ def command(strategy_name: str | None, output: Path | None, overwrite: bool, as_
     if output is not None:
         refuse_suffix(output, (".svg", ".xml"), "a strategy")
         refuse_output(output, overwrite, strategy_name)
-    strategy = load_strategy(strategy_name)
+    strategy = find_strategy(strategy_name)
     if output is not None:
         _write(strategy, output, overwrite)
     if as_json:

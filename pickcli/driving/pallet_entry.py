@@ -128,6 +128,33 @@ def plan_entry_anew(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
     return replace(plan, area=replace(plan.area, start=area.start), path=path, profile=speed_profile(path))
 
 
+def plan_exit(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
+    """Plan a drive out of a pallet that stands on the floor: straight until the forks are out, then on.
+
+    Args:
+        area: The area, in which the truck starts with its forks in the pallet.
+        pallet: The pallet, where it is believed to stand.
+
+    Returns:
+        The drive to the goal of the area.
+
+    Raises:
+        InputError: The goal is where the forks are out already.
+        NoPlanError: There is no way out of it, or from there to the goal.
+    """
+    out = SteeringPath(area.truck, area.start, np.array([straight_length(area, pallet)]), np.zeros(2))
+    _prove_straight(area, pallet, out, "a drive out of the pallet")
+    onward = plan_drive(_passed(area, pallet, out.end))
+    path = out.then(onward.path)
+    return DrivePlan(
+        replace(area, boxes=onward.area.boxes), onward.lattice, path, speed_profile(path)
+    )
+
+
+def _passed(area: DrivingArea, pallet: StatedPallet, start: Array) -> DrivingArea:
+    return replace(area, boxes=(*area.boxes, pallet.footprint), start=start, pallet=None, enters=False)
+
+
 def renewed_entry(plan: DrivePlan, travel: float, pallet: StatedPallet) -> DrivePlan | None:
     """Change a drive into a pallet while it is driven, as the pallet is seen elsewhere.
 
@@ -168,20 +195,25 @@ def _joined(
 
 
 def _end(area: DrivingArea, pallet: StatedPallet) -> SteeringPath:
-    """The straight part, proven: forks against all but the pallet, the body of the truck against it, too."""
+    """The straight part, proven."""
     inside, straight = entered_pose(area, pallet), straight_length(area, pallet)
     start = posed(inside, np.array([straight, 0.0, 0.0]))
     end = SteeringPath(area.truck, start, np.array([-straight]), np.zeros(2))
+    _prove_straight(area, pallet, end, "a drive into the pallet")
+    return end
+
+
+def _prove_straight(area: DrivingArea, pallet: StatedPallet, path: SteeringPath, what: str) -> None:
+    """Raise NoPlanError unless forks are free of all but the pallet, and the truck's body of that, too."""
     heels = area.forks.length - area.truck.back
     forks = replace(area.truck, front=heels, width=2 * area.forks.aside + area.forks.width)
     body = replace(area.truck, back=-heels)
     for part in (
         replace(area, truck=forks), replace(area, truck=body, boxes=(*area.boxes, pallet.footprint)),
     ):  # fmt: skip
-        if (met := first_encounter(part, end, area.margin)) is not None:
+        if (met := first_encounter(part, path, area.margin)) is not None:
             detail = f"{met.clearance:.3f} m from {met.name}, {area.margin:g} m are to be kept"
-            raise NoPlanError("a drive into the pallet", [Reason("not free", "the straight end", detail)])
-    return end
+            raise NoPlanError(what, [Reason("not free", "the straight end", detail)])
 
 
 def _refuse_forks(area: DrivingArea, pallet: StatedPallet) -> None:

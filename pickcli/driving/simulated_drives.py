@@ -96,6 +96,29 @@ class SimulatedDrives:
         }
 
 
+@dataclass(frozen=True, eq=False)
+class FollowedDrives:
+    """What trucks did in every period while they followed a plan.
+
+    Attributes:
+        poses: (T, N, 3) m, m, rad: true poses.
+        speeds: (T, N) m/s of the steered wheel, as commanded, not negative.
+        steering: (T, N) rad, as commanded.
+        travel: (T, N) m along the path.
+    """
+
+    poses: Array
+    speeds: Array
+    steering: Array
+    travel: Array
+
+    @property
+    def durations(self) -> Array:
+        """(N,) s until each truck stood at the end."""
+        durations: Array = PERIOD * (len(self.speeds) - 1 - (self.speeds[::-1] > 0).argmax(axis=0))
+        return durations
+
+
 class NoisyTruck:
     """True and believed poses of many drives, (N, 3) m, m, rad.
 
@@ -157,10 +180,23 @@ def simulate_drives(
         What came of the drives.
     """
     noise = noise or DriveNoise()
-    controller = TrackingController(plan, n_drives)
     truck = NoisyTruck(plan.area.truck, plan.area.start, noise, n_drives, derived_rng("drives", seed))
+    return _judged(plan, followed(plan, truck))
+
+
+def followed(plan: DrivePlan, truck: NoisyTruck) -> FollowedDrives:
+    """Let trucks follow a plan to its end.
+
+    Args:
+        plan: The plan.
+        truck: The trucks, near the start of the plan; afterwards they are where the drives ended.
+
+    Returns:
+        What they did.
+    """
+    controller = TrackingController(plan, len(truck.true))
     n_periods = int((MOST_TIME * plan.profile.duration + MORE_TIME) / PERIOD)
-    fix = max(1, round(noise.fix_period / PERIOD))
+    fix = max(1, round(truck.noise.fix_period / PERIOD))
     poses, speeds, steering, travel = (
         [truck.true],
         [controller.speed],
@@ -179,11 +215,12 @@ def simulate_drives(
         travel.append(controller.travel)
         if controller.is_done.all():
             break
-    return _judged(plan, *map(np.array, (poses, speeds, steering, travel)))
+    return FollowedDrives(*map(np.array, (poses, speeds, steering, travel)))
 
 
-def _judged(plan: DrivePlan, poses: Array, speeds: Array, steering: Array, travel: Array) -> SimulatedDrives:
-    """Figures of drives from poses (T, N, 3), commands (T, N) and travel (T, N) of every period."""
+def _judged(plan: DrivePlan, drives: FollowedDrives) -> SimulatedDrives:
+    """Figures of drives."""
+    poses, speeds, steering, travel = drives.poses, drives.speeds, drives.steering, drives.travel
     n = poses.shape[1]
     off = poses[-1] - plan.area.goal
     wanted = plan.path.poses_at(travel.ravel()).reshape(poses.shape)
@@ -193,7 +230,7 @@ def _judged(plan: DrivePlan, poses: Array, speeds: Array, steering: Array, trave
     return SimulatedDrives(
         np.hypot(off[:, 0], off[:, 1]), np.abs(wrapped(off[:, 2])),
         np.hypot(*np.moveaxis(poses - wanted, -1, 0)[:2]).max(axis=0), least,
-        PERIOD * (len(speeds) - 1 - (speeds[::-1] > 0).argmax(axis=0)), speeds.max(axis=0),
+        drives.durations, speeds.max(axis=0),
         np.abs(np.diff(speeds, axis=0)).max(axis=0) / PERIOD, np.abs(steering).max(axis=0),
         np.abs(np.diff(steering, axis=0)).max(axis=0) / PERIOD, (speeds * yaw_rate).max(axis=0),
     )  # fmt: skip

@@ -58,6 +58,7 @@ class SimulatedEntry:
         n_stops: How often the truck stopped before the straight part, and planned anew.
         has_given_up: Whether it stayed there, as it did not see the pallet or found no path into it.
         duration: s.
+        poses: (T, 3) m, m, rad: true poses of the truck in every period.
     """
 
     off: Array
@@ -66,6 +67,7 @@ class SimulatedEntry:
     n_stops: int
     has_given_up: bool
     duration: float
+    poses: Array
 
     @property
     def is_within(self) -> bool:
@@ -97,9 +99,28 @@ def simulate_entries(
         stated = area.pallet
         if not stated.off.any():
             stated = replace(stated, off=rng.uniform(-1.0, 1.0, 3) * stated.tolerance)
-        entry = _Entry(area, area.camera, plan, stated, noise or DriveNoise(), rng)
-        found.append(entry.driven(derived_seed("looks", seed, k)))
+        truck = NoisyTruck(area.truck, plan.area.start, noise or DriveNoise(), 1, rng)
+        found.append(enter_pallet(area, plan, stated, truck, derived_seed("looks", seed, k)))
     return found
+
+
+def enter_pallet(
+    area: DrivingArea, plan: DrivePlan, stated: StatedPallet, truck: NoisyTruck, seed: int
+) -> SimulatedEntry:
+    """Drive one truck into a pallet.
+
+    Args:
+        area: The area, with a camera and the expected pallet.
+        plan: A drive into the pallet that was expected.
+        stated: The pallet that is expected, and how far the real one is off.
+        truck: The truck, near the start of the plan; afterwards it is where the drive ended.
+        seed: Of the pictures.
+
+    Returns:
+        What came of it.
+    """
+    assert area.camera is not None
+    return _Entry(area, area.camera, plan, stated, truck).driven(seed)
 
 
 def entry_figures(entries: list[SimulatedEntry]) -> dict[str, Any]:
@@ -128,22 +149,21 @@ class _Entry:
     """One drive."""
 
     def __init__(
-        self, area: DrivingArea, camera: TruckCamera, plan: DrivePlan, stated: StatedPallet,
-        noise: DriveNoise, rng: np.random.Generator,
-    ) -> None:  # fmt: skip
+        self, area: DrivingArea, camera: TruckCamera, plan: DrivePlan, stated: StatedPallet, truck: NoisyTruck
+    ) -> None:
         assert plan.area.pallet is not None
         self.area, self.camera, self.plan = area, camera, plan
-        self.real, self.noise, self.rng = stated.real, noise, rng
+        self.real, self.truck = stated.real, truck
         self.expected = replace(plan.area.pallet, tolerance=stated.tolerance)
         self.seen: StatedPallet | None = None
         self.poses: list[Array] = []  # (3,) m, m, rad, as seen in each picture
+        self.driven_poses = [truck.true[0]]
         self.n_seen = self.n_renewed = self.n_stops = 0
 
     def driven(self, seed: int) -> SimulatedEntry:
         """Drive until the truck is in the pallet, or gives up before it."""
-        truck = NoisyTruck(self.area.truck, self.plan.area.start, self.noise, 1, self.rng)
-        controller = TrackingController(self.plan, 1)
-        fix, look = max(1, round(self.noise.fix_period / PERIOD)), round(LOOK_PERIOD / PERIOD)
+        truck, controller = self.truck, TrackingController(self.plan, 1)
+        fix, look = max(1, round(truck.noise.fix_period / PERIOD)), round(LOOK_PERIOD / PERIOD)
         n_periods, has_given_up = int((MOST_TIME * self.plan.profile.duration + MORE_TIME) / PERIOD), False
         for k in range(n_periods):
             if k % fix == 0:
@@ -163,9 +183,11 @@ class _Entry:
             controller.control(truck.believed)
             truck.move(controller.steering, controller.signs * controller.speed * PERIOD)
             controller.advance()
+            self.driven_poses.append(truck.true[0])
         return SimulatedEntry(
-            self._off(truck), self.n_seen, self.n_renewed, self.n_stops, has_given_up, PERIOD * k
-        )
+            self._off(truck), self.n_seen, self.n_renewed, self.n_stops, has_given_up, PERIOD * k,
+            np.array(self.driven_poses),
+        )  # fmt: skip
 
     def _look(self, controller: TrackingController, truck: NoisyTruck, seed: int) -> None:
         """Take a picture; if the pallet is elsewhere than the path leads, change the path if it can be."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.data_path import data_path
-from pickcli.errors import UnknownNameError
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.file_kind import STRATEGY
 from pickcli.files.source import Key, Source
 from pickcli.files.yaml_reader import read_yaml
@@ -22,6 +22,7 @@ from pickcli.strategy.node_types import (
     NodeType,
     Parameter,
     ParameterType,
+    TrialKind,
 )
 from pickcli.strategy.strategy_tree import Argument, Strategy, StrategyNode
 
@@ -36,16 +37,52 @@ LISTS = {"items": Criterion.ITEM_PRIORITY, "bins": Criterion.BIN_PRIORITY}  # cr
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
 
 
-def packaged_strategies() -> tuple[str, ...]:
-    """Return the names of the strategies that come with the program, in alphabetical order."""
-    return tuple(sorted(path.stem for path in (data_path() / "strategies").glob("*.yaml")))
+def packaged_strategies(kind: TrialKind = TrialKind.ORDER) -> tuple[str, ...]:
+    """Return the names of the strategies that come with the program, in alphabetical order.
+
+    Args:
+        kind: The trials that they play.
+
+    Returns:
+        The names.
+    """
+    return tuple(sorted(path.stem for path in _folder(kind).glob("*.yaml")))
 
 
-def load_strategy(name: str) -> Strategy:
+def _folder(kind: TrialKind) -> Path:
+    folder = data_path() / "strategies"
+    return folder / "commissions" if kind is TrialKind.COMMISSION else folder
+
+
+def load_strategy(name: str, kind: TrialKind = TrialKind.ORDER) -> Strategy:
     """Read a strategy by its name or from a file.
 
     Args:
         name: Name of a packaged strategy, or path of a file.
+        kind: The trials that it is to play.
+
+    Returns:
+        The strategy.
+
+    Raises:
+        InputError: There is no such strategy, or the file is invalid: with every mistake and its position; or
+            it plays other trials.
+    """
+    strategy = find_strategy(name, kind)
+    if strategy.kind is not kind:
+        raise InputError(
+            f"{name}: is a strategy of a trial of the kind {strategy.kind}, one of the kind {kind} is played; "
+            f"name another, such as {packaged_strategies(kind)[0]}"
+        )
+    return strategy
+
+
+def find_strategy(name: str, first: TrialKind = TrialKind.ORDER) -> Strategy:
+    """Read a strategy of any kind by its name or from a file.
+
+    Args:
+        name: Name of a packaged strategy, or path of a file.
+        first: Of which kind it is if there are several of the name.
 
     Returns:
         The strategy.
@@ -53,13 +90,14 @@ def load_strategy(name: str) -> Strategy:
     Raises:
         InputError: There is no such strategy, or the file is invalid: with every mistake and its position.
     """
-    if name in packaged_strategies():
-        return read_strategy(data_path() / "strategies" / f"{name}.yaml")
+    for kind in (first, *TrialKind):
+        if name in packaged_strategies(kind):
+            return read_strategy(_folder(kind) / f"{name}.yaml")
     path = Path(name)
     if path.suffix.lower() in SUFFIXES or (name and path.exists()):
         return read_strategy(path)
-    hint = f"{suggestion(name, packaged_strategies())}; or name a file (.yaml)"
-    raise UnknownNameError("strategy", name, packaged_strategies(), hint=hint)
+    hint = f"{suggestion(name, packaged_strategies(first))}; or name a file (.yaml)"
+    raise UnknownNameError("strategy", name, packaged_strategies(first), hint=hint)
 
 
 def read_strategy(path: Path) -> Strategy:
@@ -86,6 +124,7 @@ class _Reader:
     def __init__(self, source: Source) -> None:
         self._source = source
         self._n_nodes = 0
+        self._kind: TrialKind | None = None
 
     def strategy(self) -> Strategy:
         data = self._source.data
@@ -133,7 +172,15 @@ class _Reader:
             return None
         return self._read(here, NODE_TYPES[name], content)
 
+    def _refuse_mixed(self, key: Key, type_: NodeType) -> None:
+        """Note a node that has no meaning in the trials of the nodes before it."""
+        self._kind = self._kind or type_.trial
+        if type_.trial not in (None, self._kind):
+            text = f"{type_.name} is of trials of the kind {type_.trial}, nodes before it of the kind {self._kind}"
+            self._source.add(key, f"{text}; write two strategies")
+
     def _read(self, key: Key, type_: NodeType, content: Any) -> StrategyNode | None:
+        self._refuse_mixed(key, type_)
         if type_.kind is NodeKind.CONTROL:
             if not isinstance(content, list) or not content:
                 self._source.add(key, f"expected a list of nodes, as in `{type_.name}: [look, pick]`")

@@ -1,8 +1,4 @@
-"""Plays a strategy: ticks its tree, by py_trees, and records every tick of a condition or an action.
-
-Actions are carried out within their tick and never return "running". A tree with a failed ``retry`` returns
-"running"; the next tick continues there, as control nodes remember the child at which they were.
-"""
+"""Plays a strategy in a trial of an order: ticks its tree until it fails."""
 
 from __future__ import annotations
 
@@ -10,35 +6,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from py_trees.behaviour import Behaviour
-from py_trees.common import Status
-from py_trees.composites import Selector, Sequence
-from py_trees.decorators import Decorator, FailureIsSuccess, Inverter, Retry
-
 from pickcli.strategy.node_types import ActionKind
-from pickcli.strategy.strategy_tree import Strategy, StrategyNode
+from pickcli.strategy.strategy_tree import Argument, Strategy
 from pickcli.strategy.target_choice import best_action, first_target
+from pickcli.strategy.tree_player import Tick, TreePlayer
 from pickcli.strategy.trial_actions import OpenTarget, TrialActions
 
 SAME_TIME = 1e-6  # s
 MAX_IDLE_TICKS = 100  # ticks of the tree in which it does nothing but look, after which it ends
-
-
-@dataclass(frozen=True)
-class Tick:
-    """One tick of a condition or an action.
-
-    Attributes:
-        t: Time on the trial's clock when it began, s.
-        node: The node, with its arguments.
-        target: The chosen target at its end, also if the action closed it; "" if none is chosen.
-        is_success: Whether it succeeded.
-    """
-
-    t: float
-    node: str
-    target: str
-    is_success: bool
 
 
 class StrategyPlayer:
@@ -49,17 +24,20 @@ class StrategyPlayer:
         actions: The trial.
 
     Attributes:
-        ticks: All ticks of conditions and actions so far.
         stuck: Why the strategy was ended before its tree failed; "" if it was not.
     """
 
     def __init__(self, strategy: Strategy, actions: TrialActions) -> None:
-        self.ticks: list[Tick] = []
         self.stuck = ""
         self._actions = actions
         self._choice = _Choice(actions)
-        self._tree = _built(strategy.root, self._choice, self.ticks)
+        self._tree = TreePlayer(strategy.root, self._choice)
         self._n_idle = 0
+
+    @property
+    def ticks(self) -> list[Tick]:
+        """All ticks of conditions and actions so far."""
+        return self._tree.ticks
 
     def play(self) -> None:
         """Tick the tree until it fails, which is the end of the trial."""
@@ -73,8 +51,7 @@ class StrategyPlayer:
             Whether there is more to do: the tree did not fail, and something was done in its last ticks.
         """
         before, n_before = self._time_not_looking(), len(self._actions.open_targets())
-        self._tree.tick_once()
-        if self._tree.status is Status.FAILURE:
+        if self._tree.tick() is False:
             return False
         is_idle = (
             self._time_not_looking() - before < SAME_TIME and len(self._actions.open_targets()) == n_before
@@ -102,6 +79,23 @@ class _Choice:
     index: int | None = None
     action: ActionKind | None = None
     looked: float = 0.0
+
+    @property
+    def now(self) -> float:
+        """Time on the trial's clock, s."""
+        return self.actions.now
+
+    @property
+    def time_left(self) -> float:
+        """Time until the end of the trial, s."""
+        return self.actions.time_left
+
+    def run(self, name: str, arguments: Mapping[str, Argument]) -> tuple[bool, str]:
+        """Carry out a condition or an action; return its success, and the target."""
+        index, before = self.index, self.target
+        is_success = bool(self.leaves()[name](**arguments))
+        target = self.target or (before if self.index == index else None)
+        return is_success, "" if target is None else str(target)
 
     @property
     def target(self) -> OpenTarget | None:
@@ -163,60 +157,3 @@ class _Choice:
             "clear": self.clear,
             "give_up": self.give_up,
         }
-
-
-class _Leaf(Behaviour):
-    """A condition or an action."""
-
-    def __init__(self, node: StrategyNode, choice: _Choice, ticks: list[Tick]) -> None:
-        super().__init__(str(node))
-        self._function, self._arguments = choice.leaves()[node.name], node.arguments
-        self._choice, self._ticks = choice, ticks
-
-    def update(self) -> Status:
-        """Carry it out, and record it."""
-        t, index, before = self._choice.actions.now, self._choice.index, self._choice.target
-        is_success = bool(self._function(**self._arguments))
-        target = self._choice.target or (before if self._choice.index == index else None)
-        self._ticks.append(Tick(t, self.name, "" if target is None else str(target), is_success))
-        return Status.SUCCESS if is_success else Status.FAILURE
-
-
-class _Deadline(Decorator):
-    """Fails without ticking its child if less time than ``seconds_left`` is left on the trial's clock."""
-
-    def __init__(self, name: str, child: Behaviour, actions: TrialActions, seconds_left: float) -> None:
-        super().__init__(name=name, child=child)
-        self._actions, self._seconds_left = actions, seconds_left
-
-    def tick(self) -> Any:
-        """Tick the child if there is time."""
-        if self._actions.time_left < self._seconds_left:
-            self.stop(Status.FAILURE)
-            yield self
-        else:
-            yield from super().tick()
-
-    def update(self) -> Status:
-        """Return the status of the child."""
-        return self.decorated.status
-
-
-def _built(node: StrategyNode, choice: _Choice, ticks: list[Tick]) -> Behaviour:
-    """Build the behaviour of a node with everything below it."""
-    children = [_built(child, choice, ticks) for child in node.children]
-    name = str(node)
-    match node.name:
-        case "sequence":
-            return Sequence(name, memory=True, children=children)
-        case "fallback":
-            return Selector(name, memory=True, children=children)
-        case "retry":
-            return Retry(name, children[0], cast(int, node.arguments["attempts"]))
-        case "invert":
-            return Inverter(name, children[0])
-        case "force_success":
-            return FailureIsSuccess(name, children[0])
-        case "deadline":
-            return _Deadline(name, children[0], choice.actions, cast(float, node.arguments["seconds_left"]))
-    return _Leaf(node, choice, ticks)

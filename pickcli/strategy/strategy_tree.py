@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from pickcli.cell.fingerprint import digest
-from pickcli.strategy.node_types import NODE_TYPES, NodeType
+from pickcli.strategy.node_types import NODE_TYPES, NodeType, TrialKind
 
 MAX_LISTED = 7  # names of a list that a text has in full
 
@@ -62,6 +62,12 @@ class Strategy:
     name: str
     description: str
     root: StrategyNode
+
+    @property
+    def kind(self) -> TrialKind:
+        """The trials that it plays: those of its first condition or action; of orders if it has none."""
+        kinds = (node.type.trial for node in self.root.walk())
+        return next((kind for kind in kinds if kind is not None), TrialKind.ORDER)
 
     @property
     def digest(self) -> str:
