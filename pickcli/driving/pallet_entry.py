@@ -17,7 +17,7 @@ from pickcli.driving.driving_area import DrivingArea, StatedPallet
 from pickcli.driving.free_space_proof import first_encounter
 from pickcli.driving.speed_profile import speed_profile
 from pickcli.driving.state_lattice import StateLattice
-from pickcli.driving.steering_path import SteeringPath, posed
+from pickcli.driving.steering_path import SteeringPath, posed, seen_from
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.geometry import Array
 
@@ -27,6 +27,7 @@ RUN_UP = 0.4  # m before the pallet, in which the tips go straight already
 LEAST_STRAIGHT = 1.0  # m
 FORK_GAP = 0.02  # m beside and above the forks in the pockets, at least
 BACK_OUT = 1.2  # m that a truck drives away from a pallet before it tries again
+N_ALONG = 8  # points along the side of a fork, at which its distance from a pocket is taken
 LEAST_REST = 0.4  # m of the approach that is left to be changed
 
 
@@ -153,6 +154,31 @@ def plan_exit(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
 
 def _passed(area: DrivingArea, pallet: StatedPallet, start: Array) -> DrivingArea:
     return replace(area, boxes=(*area.boxes, pallet.footprint), start=start, pallet=None, enters=False)
+
+
+def pocket_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
+    """Return the least distance of forks in a pallet from the sides of its pockets.
+
+    Args:
+        area: The area.
+        pallet: The pallet, where it truly stands.
+        poses: (N, 3) m, m, rad: true poses of the truck.
+
+    Returns:
+        m, negative if a fork meets a side; infinite if none is in the pallet.
+    """
+    forks, truck = area.forks, area.truck
+    sides = [side + edge for side in (-forks.aside, forks.aside) for edge in np.array([-0.5, 0.5]) * forks.width]
+    along = np.linspace(-truck.back, forks.length - truck.back, N_ALONG)
+    points = np.array([(x, y, 0.0) for x in along for y in sides])
+    least = np.inf
+    for pose in poses:
+        at = seen_from(pallet.pose, posed(pose, points))
+        inside = np.abs(at[:, 0]) <= pallet.shape.length / 2
+        low, high = np.where(points[:, 1:2] < 0, pallet.shape.pockets[0], pallet.shape.pockets[1]).T
+        gaps = np.minimum(at[:, 1] - low, high - at[:, 1])[inside]
+        least = min(least, float(gaps.min(initial=np.inf)))
+    return least
 
 
 def renewed_entry(plan: DrivePlan, travel: float, pallet: StatedPallet) -> DrivePlan | None:

@@ -57,6 +57,7 @@ STACKED = FileKind("a stacked pallet", "apc plan-pallet writes one")
 GRASPS = FileKind("a file of recorded grasps", "apc record-grasp writes one")
 DRIVING_AREA = FileKind("a driving area", "docs/formats/drive.md describes it")
 DRIVE = FileKind("a plan of a drive", "apc plan-drive writes one")
+COMMISSION = FileKind("a commission", "that of data/tasks is an example")
 WATCH = FileKind("a watch of a truck", "those of data/watches are examples")
 WATCHED_SCENE = FileKind("a watched scene", "docs/formats/watch.md describes it")
 WATCHED_DRIVE = FileKind("a watched drive", "apc watch-zone writes one")
@@ -87,6 +88,7 @@ KINDS = (
     GRASPS,
     DRIVING_AREA,
     DRIVE,
+    COMMISSION,
     WATCH,
     WATCHED_SCENE,
     WATCHED_DRIVE,
@@ -115,6 +117,7 @@ _BY_FORMAT = {
     b"grasps": GRASPS,
     b"driving": DRIVING_AREA,
     b"drive": DRIVE,
+    b"commission": COMMISSION,
     b"watch": WATCH,
     b"watched scene": WATCHED_SCENE,
     b"watched drive": WATCHED_DRIVE,

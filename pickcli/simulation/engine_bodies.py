@@ -61,7 +61,16 @@ class EngineBodies:
             minimumSolverIslandSize=0,
             physicsClientId=self._client,
         )
-        p.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
+        self.accelerate((0.0, 0.0))
+
+    def accelerate(self, acceleration: tuple[float, float]) -> None:
+        """Accelerate the frame of the world over the floor: everything in it feels that as a force.
+
+        Args:
+            acceleration: m/s^2 of the frame, along its own x and y.
+        """
+        x, y = acceleration
+        p.setGravity(-x, -y, -GRAVITY, physicsClientId=self._client)
 
     def close(self) -> None:
         """Free the world; it must not be used afterwards."""

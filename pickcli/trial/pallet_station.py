@@ -145,28 +145,6 @@ class PalletStation:
             if has < need
         )
 
-    def standing(self, seen: Scene, heights: Mapping[str, float]) -> Scene:
-        """Return what is perceived, corrected by what is known: cartons stand level, at planned heights.
-
-        Args:
-            seen: Poses as perceived.
-            heights: m of the middle of each carton over the floor of its place, as it stands there.
-
-        Returns:
-            The scene; a carton that is seen farther from its height than errors explain stays as it is seen.
-        """
-        return replace(
-            seen, items=tuple(self._stood(seen, placed, heights[placed.id]) for placed in seen.items)
-        )
-
-    def _stood(self, seen: Scene, placed: PlacedItem, height: float) -> PlacedItem:
-        T_world_place = seen.T_world_place(self.cell.places[placed.location])
-        T = inverse(T_world_place) @ placed.T_world_item
-        if abs(T[2, 3] - height) > seen.bound(placed):
-            return placed
-        x, y, yaw = float(T[0, 3]), float(T[1, 3]), float(np.arctan2(T[1, 0], T[0, 0]))
-        return replace(placed, T_world_item=T_world_place @ StatedPlace(x, y, height, yaw).T_place_item)
-
 
 def side_of_arm(cell: Cell) -> str:
     """Return the side of the pallet beside which the arm of a cell stands.

@@ -33,6 +33,7 @@ from pickcli.trial.certifier import Certifier
 from pickcli.trial.pallet_result import CartonOutcome, CartonResult, PalletTrialResult, SetDownDeviation
 from pickcli.trial.pallet_station import INFEED, PALLET, PalletStation
 from pickcli.trial.pose_noise import perceive
+from pickcli.trial.standing_items import standing
 from pickcli.verification.verify import verify
 
 QUERY_CHARGE = 0.3  # s for each query, in which the arm rests: what planning and verification take
@@ -197,7 +198,7 @@ class _PalletTrial:
         looked = perceive(world.now(), request.noise, request.seed, self.look, request.reality)
         heights = {name: float(other.centre[2]) for name, other in self.put.items()}
         heights[placement.carton.id] = placement.carton.size[2] / 2
-        seen = self.station.standing(looked, heights)
+        seen = standing(looked, heights)
         query = PickQuery(INFEED, placement.carton.id, PALLET, at=self.station.stated(placement))
         certifier = Certifier(verify)
         world.wait(QUERY_CHARGE)

@@ -13,6 +13,7 @@ from pickcli.geometry import pose
 from pickcli.palletizing.pallet_order import CONTAINERS, Carton, Pallet
 from pickcli.scene.scene import PoseNoise
 from pickcli.trial.pallet_result import SetDownDeviation
+from pickcli.trial.standing_items import standing
 from pickcli.trial.pallet_station import PalletStation, side_of_arm
 from support.pallet_stacks import CARTONS, PALLET, pallet_cell, stack_of, station
 
@@ -92,12 +93,12 @@ def test_what_is_perceived_is_corrected_by_the_height_at_which_cartons_stand() -
     T = placed.T_world_item.copy()
     T[:3, :3], T[:3, 3] = off[:3, :3] @ T[:3, :3], T[:3, 3] + off[:3, 3]
     seen = replace(station().empty(0), items=(replace(placed, T_world_item=T),), noise=noise)
-    (corrected,) = station().standing(seen, {placed.id: 0.1}).items
+    (corrected,) = standing(seen, {placed.id: 0.1}).items
     moved = corrected.T_world_item[:3, 3] - placed.T_world_item[:3, 3]
     assert moved == pytest.approx([0.001, -0.001, 0.0], abs=1e-9)
     assert corrected.T_world_item[2, :3] == pytest.approx([0.0, 0.0, 1.0])
     assert np.arctan2(*corrected.T_world_item[[1, 0], 0]) == pytest.approx(0.005, abs=1e-4)
-    (kept,) = station().standing(seen, {placed.id: 0.2}).items
+    (kept,) = standing(seen, {placed.id: 0.2}).items
     assert (kept.T_world_item == T).all()
 
 
