@@ -21,6 +21,7 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
+from pickcli.commands.played_commission import is_commission, play_commission_file
 from pickcli.commands.played_pallet import is_pallet, play_pallet_file
 from pickcli.commands.played_stream import is_stream, play_stream_file
 from pickcli.commands.progress_bar import progress
@@ -65,8 +66,9 @@ def command(
 
     ORDER is the file of a pick or stow order, or the name of one under data/tasks. The rules are those of its
     year. A file may also name moves from place to place (docs/formats/order.md), be a stream of items on a
-    conveyor (docs/formats/stream.md), or the order or stack of a pallet (docs/formats/pallet.md), whose
-    cartons the arm of pallet_sia20 stacks. Exit code 6 when the arm could not recover from a stop, something
+    conveyor (docs/formats/stream.md), the order or stack of a pallet (docs/formats/pallet.md), whose cartons
+    the arm of pallet_sia20 stacks, or a commission (docs/formats/commission.md), for which the truck of
+    apple_booth takes a pallet, fills and delivers it. Exit code 6 when the arm could not recover from a stop, something
     collided or a limit was broken; an item that was missed is a result.
 
     \b
@@ -86,6 +88,10 @@ def command(
     if is_pallet(order_path):
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
         play_pallet_file(order_path, folder, overwrite, options, with_plans, seed, as_json)
+        return
+    if is_commission(order_path):
+        folder = output or Path("runs") / f"{order_path.stem}-{seed}"
+        play_commission_file(order_path, folder, overwrite, options, with_plans, seed, as_json)
         return
     workcell = load_workcell(options.cell_name, options.items_path)
     reality = read_reality(options.reality_path)

@@ -14,7 +14,7 @@ import numpy as np
 from pickcli.driving.drive_plan import DrivePlan, plan_drive
 from pickcli.driving.drive_smoothing import smooth_path
 from pickcli.driving.driving_area import DrivingArea, StatedPallet
-from pickcli.driving.free_space_proof import first_encounter
+from pickcli.driving.free_space_proof import clearances, first_encounter
 from pickcli.driving.speed_profile import speed_profile
 from pickcli.driving.state_lattice import StateLattice
 from pickcli.driving.steering_path import SteeringPath, posed, seen_from
@@ -156,8 +156,8 @@ def _passed(area: DrivingArea, pallet: StatedPallet, start: Array) -> DrivingAre
     return replace(area, boxes=(*area.boxes, pallet.footprint), start=start, pallet=None, enters=False)
 
 
-def pocket_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
-    """Return the least distance of forks in a pallet from the sides of its pockets.
+def pallet_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
+    """Return the least distance of a truck from a pallet into which its forks go.
 
     Args:
         area: The area.
@@ -165,20 +165,25 @@ def pocket_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
         poses: (N, 3) m, m, rad: true poses of the truck.
 
     Returns:
-        m, negative if a fork meets a side; infinite if none is in the pallet.
+        m: of the forks in it from the sides of its pockets, and of the truck's body from it; not over 0 if one
+        of them meets it.
     """
-    forks, truck = area.forks, area.truck
-    sides = [side + edge for side in (-forks.aside, forks.aside) for edge in np.array([-0.5, 0.5]) * forks.width]
-    along = np.linspace(-truck.back, forks.length - truck.back, N_ALONG)
-    points = np.array([(x, y, 0.0) for x in along for y in sides])
-    least = np.inf
-    for pose in poses:
-        at = seen_from(pallet.pose, posed(pose, points))
-        inside = np.abs(at[:, 0]) <= pallet.shape.length / 2
-        low, high = np.where(points[:, 1:2] < 0, pallet.shape.pockets[0], pallet.shape.pockets[1]).T
-        gaps = np.minimum(at[:, 1] - low, high - at[:, 1])[inside]
-        least = min(least, float(gaps.min(initial=np.inf)))
-    return least
+    heels = area.forks.length - area.truck.back
+    body = replace(area, truck=replace(area.truck, back=-heels), boxes=(pallet.footprint,))
+    return min(_pocket_gap(area, pallet, poses), float(clearances(body, poses)[:, 1].min()))
+
+
+def _pocket_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
+    """M of the forks from the sides of the pockets, negative if one meets a side; infinite outside of them."""
+    forks, back = area.forks, area.truck.back
+    edges = forks.aside + np.array([-0.5, 0.5]) * forks.width
+    along = np.linspace(-back, forks.length - back, N_ALONG)
+    points = np.array([(x, y, 0.0) for x in along for y in (*-edges, *edges)])
+    at = seen_from(pallet.pose, posed(poses[:, None], points))
+    side = pallet.shape.pockets[(points[:, 1] > 0.0).astype(int)]
+    gaps = np.minimum(at[..., 1] - side[:, 0], side[:, 1] - at[..., 1])
+    inside = np.abs(at[..., 0]) <= pallet.shape.length / 2
+    return float(gaps[inside].min(initial=np.inf))
 
 
 def renewed_entry(plan: DrivePlan, travel: float, pallet: StatedPallet) -> DrivePlan | None:

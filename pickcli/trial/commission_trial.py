@@ -19,7 +19,7 @@ from pickcli.driving.drive_plan import DrivePlan, plan_drive
 from pickcli.driving.drive_tracking import PERIOD
 from pickcli.driving.driving_area import DrivingArea, StatedPallet
 from pickcli.driving.free_space_proof import clearances
-from pickcli.driving.pallet_entry import plan_entry, plan_entry_anew, plan_exit, pocket_gap
+from pickcli.driving.pallet_entry import plan_entry, plan_entry_anew, plan_exit, pallet_gap
 from pickcli.driving.simulated_drives import (
     END_POSITION,
     END_YAW,
@@ -210,7 +210,8 @@ class _CommissionTrial:
         )
         self.pallet = _really_off(commission.pallet, seed)
         self.pallet_on_forks: Array | None = None  # (3,) m, m, rad in the frame of the truck
-        self.is_raised = self.is_delivered = False
+        self.pallet_stands: Array | None = None  # (3,) m, m, rad: where it was set down
+        self.is_raised = False
         self.delivered: PlanarDeviation | None = None
         home = station.cell.home
         self.arm = self.home = Start(home.q, home.tool_state)
@@ -273,7 +274,7 @@ class _CommissionTrial:
         }  # fmt: skip
 
     def abort(self, why: str) -> None:
-        """End the commission."""
+        """Note why the commission ends early."""
         self.aborted = self.aborted or why
 
     # Truck and pallet --------------------------------------------------------------------------------
@@ -298,9 +299,15 @@ class _CommissionTrial:
         if entry.has_given_up:
             raise _Unable("the pallet was not seen, or there is no path into where it was seen")
         (real,) = self.pallet.real
-        self.n_collisions += pocket_gap(area, real, entry.poses) < 0.0
+        self._count_meeting(area, real)
         self.figures |= _off_figures(entry.off)
         self.pallet_on_forks = seen_from(self.truck.true[0], real.pose)
+
+    def _count_meeting(self, area: DrivingArea, pallet: StatedPallet) -> None:
+        """Count whether the truck met a pallet in its last drive, into it or out of it."""
+        gap = pallet_gap(area, pallet, self.drives[-1].poses)
+        self.n_collisions += gap <= 0.0
+        self.figures["pallet_gap_m"] = gap
 
     def lift_pallet(self) -> None:
         """Raise the forks."""
@@ -337,7 +344,7 @@ class _CommissionTrial:
 
     def _drive_out(self) -> None:
         """Drive out of the pallet that was set down."""
-        if not self.is_delivered:
+        if self.pallet_stands is None:
             raise _Unable("the pallet is not set down")
         area, end = self.station.leaving(self.believed), self.station.commission.end
         pallet = replace(
@@ -345,6 +352,8 @@ class _CommissionTrial:
         )
         if not any(each.name == "drive end" for each in self.drives):
             self._follow("drive end", self._planned(lambda: plan_exit(area, pallet)), is_loaded=False)
+            assert self.pallet_stands is not None
+            self._count_meeting(area, replace(pallet, pose=self.pallet_stands))
         elif not _is_near(self.believed, end):
             self._follow("drive end", self._planned(lambda: plan_drive(area)), is_loaded=False)
         self._refuse_far(end)
@@ -400,9 +409,9 @@ class _CommissionTrial:
         if not self.is_raised or self.pallet_on_forks is None:
             raise _Unable("no pallet is raised")
         self.t += LIFT_TIME
-        self.is_raised, self.is_delivered = False, True
-        stands = posed(self.truck.true[0], self.pallet_on_forks)
-        off = _off(stands, self.station.commission.delivery)
+        self.is_raised = False
+        self.pallet_stands = posed(self.truck.true[0], self.pallet_on_forks)
+        off = _off(self.pallet_stands, self.station.commission.delivery)
         self.delivered = PlanarDeviation(float(np.hypot(*off[:2])), abs(float(off[2])))
         self.figures |= _off_figures(off)
 

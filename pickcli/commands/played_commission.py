@@ -1,0 +1,160 @@
+"""``apc run-trial COMMISSION``: a trial in which a truck takes a pallet, its arm fills it, and it is delivered."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pickcli.commands.command import emit_json
+from pickcli.commands.logs import stage
+from pickcli.commands.options import refuse_reading
+from pickcli.commands.progress_bar import progress
+from pickcli.commands.table import table_lines
+from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_options_of_orders
+from pickcli.errors import InputError, TrialAbortedError
+
+if TYPE_CHECKING:
+    from pickcli.scene.scene import PoseNoise
+    from pickcli.strategy.strategy_tree import Strategy
+    from pickcli.trial.commission_result import CommissionResult
+
+CELL = "apple_booth"  # unless --cell names another
+OF_ORDERS = ("stow_rule", "pod_shift", "arm", "live", "live_port", "learn", "sift", "drop_from", "items_path")
+
+
+def is_commission(path: Path) -> bool:
+    """Tell whether a path names a commission.
+
+    Args:
+        path: File of an order, or the name of one.
+
+    Returns:
+        True for the file of a commission, or the name of one under data/tasks.
+    """
+    from pickcli.files.bounded_reading import read_kind
+    from pickcli.files.file_kind import COMMISSION
+
+    found = _file(path)
+    return found.is_file() and read_kind(found) is COMMISSION
+
+
+def _file(path: Path) -> Path:
+    from pickcli.cell.data_path import data_path
+
+    packaged = data_path() / "tasks" / f"{path.name}.json"
+    return packaged if path.parent == Path() and not path.exists() and packaged.is_file() else path
+
+
+def play_commission_file(
+    path: Path,
+    folder: Path,
+    overwrite: bool,
+    options: TrialOptions,
+    with_plans: bool,
+    seed: int,
+    as_json: bool,
+) -> None:
+    """Play the trial of a commission, write its folder, and print what came of it.
+
+    Args:
+        path: File of the commission, or its name under data/tasks.
+        folder: Folder of the record.
+        overwrite: Whether existing files may be replaced.
+        options: The options of the command.
+        with_plans: Whether plans are kept, with the scenes that they were certified for.
+        seed: Seed of all random choices.
+        as_json: Whether JSON is printed.
+
+    Raises:
+        UsageError: An option was stated that applies to orders only.
+        InputError: A file cannot be read or written, or the cell cannot do what it says.
+        TrialAbortedError: Something collided, a limit was broken, or the commission was ended early.
+    """
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.simulation.reality import read_reality
+    from pickcli.trial.commission_file import read_commission
+    from pickcli.trial.commission_folder import NAMES, write_commission_folder
+    from pickcli.trial.commission_record import commission_record
+    from pickcli.trial.commission_station import CommissionStation
+    from pickcli.trial.commission_trial import CommissionRequest, play_commission
+    from pickcli.trial.trial_folder import refuse_existing_folder
+
+    path = _file(path)
+    refuse_options_of_orders(OF_ORDERS, "commissions")
+    refuse_existing_folder(folder, overwrite)
+    for name in NAMES:
+        refuse_reading(folder / name, path, *options.inputs)
+    cell = load_workcell(options.cell_name if is_stated("cell_name") else CELL).preferred
+    commission = read_commission(path)
+    content = path.read_bytes()
+    try:
+        station = CommissionStation.of(cell, commission)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    request = CommissionRequest(_strategy(options), _noise(options), read_reality(options.reality_path), seed=seed)
+    (context,) = options.planning_contexts([station.cell])
+    with stage("trial"), progress("playing") as report:
+        played = play_commission(request, station, context, report)
+    record = commission_record(request, station, played, path.name, hashlib.sha256(content).hexdigest())
+    text = content.decode("utf-8-sig")
+    paths = write_commission_folder(folder, text, station, played, record, overwrite, with_plans)
+    if as_json:
+        emit_json(record)
+    else:
+        click.echo("\n".join([*_lines(played.result), f"wrote {paths[-1]} and {len(paths) - 1} more"]))
+    if why := _what_went_wrong(played.result):
+        raise TrialAbortedError(f"{why}; see trial.json")
+
+
+def _strategy(options: TrialOptions) -> Strategy:
+    from pickcli.strategy.node_types import TrialKind
+    from pickcli.strategy.strategy_file import load_strategy
+    from pickcli.trial.commission_trial import STRATEGY
+
+    name = options.strategy_name if is_stated("strategy_name") else STRATEGY
+    return load_strategy(name, TrialKind.COMMISSION)
+
+
+def _noise(options: TrialOptions) -> PoseNoise:
+    """Return the bounds of errors of perceived poses. Raises UsageError if cameras are to see."""
+    from pickcli.scene.scene import PoseNoise
+    from pickcli.trial.commission_trial import NOISE
+
+    if options.perception == "camera":
+        raise click.UsageError("--perception camera: items of a commission are not seen by cameras; leave it out")
+    if options.perception == "truth":
+        return PoseNoise()
+    return options.pose_noise if is_stated("pose_noise") else NOISE
+
+
+def _lines(result: CommissionResult) -> list[str]:
+    """Describe the result of a trial: its steps, and a few lines."""
+    rows = [
+        (f"{each.t_start:.1f}", f"{each.t_end - each.t_start:.1f}", each.action, each.target,
+         "done" if each.is_success else "failed", each.reason)
+        for each in result.steps
+    ]  # fmt: skip
+    off = result.delivered
+    delivered = (
+        "the pallet was not set down" if off is None
+        else f"the pallet stands {1e3 * off.distance:.0f} mm and {off.turn * 57.2958:.1f} degrees off"
+    )  # fmt: skip
+    return [
+        *table_lines(("s", "takes", "step", "item", "", "why"), rows),
+        f"{'success' if result.is_success else 'no success'}: {result.n_placed} of {len(result.items)} items "
+        f"on the pallet, {delivered}",
+        f"{result.duration:.0f} s, of these {result.handling:.0f} s at the load; collisions "
+        f"{result.n_collisions}, limit violations {result.n_limit_violations}, stops {result.n_stops}",
+    ]
+
+
+def _what_went_wrong(result: CommissionResult) -> str:
+    """Describe why the trial was aborted or not clean; "" if it was neither."""
+    if result.aborted:
+        return f"ended where the truck stood after {result.aborted}"
+    if not result.is_clean:
+        return f"{result.n_collisions} collisions and {result.n_limit_violations} limit violations"
+    return ""

@@ -1,0 +1,65 @@
+"""Writes the folder of a trial of a commission. Its files are described in docs/formats/trial.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace as replaced
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pickcli.files.atomic_write import write_text
+from pickcli.motion.plan_file import write_plan
+from pickcli.scene.scene_file import write_scene
+from pickcli.trial.commission_station import CommissionStation
+from pickcli.trial.commission_trial import PlayedCommission
+from pickcli.trial.motion_record import motion_values, write_motion
+from pickcli.trial.trial_folder import MOTION, RECORD, write_files
+from pickcli.trial.trial_record import record_digest, write_record
+
+COMMISSION, SCENE = "commission.yaml", "scene.json"
+NAMES = (COMMISSION, SCENE, MOTION, RECORD)
+
+
+def write_commission_folder(
+    folder: Path,
+    text: str,
+    station: CommissionStation,
+    played: PlayedCommission,
+    record: Mapping[str, Any],
+    replace: bool = True,
+    with_plans: bool = False,
+) -> tuple[Path, ...]:
+    """Write all files of a trial, none of which is in the folder before all are written.
+
+    Args:
+        folder: The folder, created if it does not exist.
+        text: The file of the commission, as it was read.
+        station: The commission in its cell.
+        played: The played trial. Scene and motion are written only if the truck came to the load.
+        record: Its record, as JSON values.
+        replace: Whether existing files may be replaced.
+        with_plans: Whether to write every executed plan, and the scene that it was certified for.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        InputError: A file cannot be written; all others are, and the message lists both.
+    """
+    writers: dict[str, Callable[[Path], None]] = {COMMISSION: partial(write_text, text=text)}
+    if played.before is not None:
+        motion = motion_values(played.recorder, [station.cell]) | {"record": record_digest(record)}
+        writers[SCENE] = partial(write_scene, played.before)
+        writers[MOTION] = partial(write_motion, values=motion)
+    if with_plans:
+        writers |= dict(_plans(played))
+    writers[RECORD] = partial(write_record, record=record)
+    return write_files(folder, writers, replace)
+
+
+def _plans(played: PlayedCommission) -> Iterator[tuple[str, Callable[[Path], None]]]:
+    """Yield the files of executed plans, by name, and what writes them; without wall times."""
+    for k, each in enumerate(played.plans, start=1):
+        yield f"plan_{k:03}.json", partial(write_plan, replaced(each.plan, statistics={}))
+        yield f"seen_{k:03}.json", partial(write_scene, each.seen)

@@ -1,0 +1,123 @@
+"""The record of a trial of a commission: what was played under which conditions, and what came of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pickcli.driving.drive_tracking import PERIOD
+from pickcli.errors import InputError, StaleError
+from pickcli.files.bounded_reading import read_text
+from pickcli.files.file_kind import TRIAL
+from pickcli.files.json_reader import parse_json
+from pickcli.geometry import Array
+from pickcli.trial.commission_station import CommissionStation
+from pickcli.trial.commission_trial import CommissionRequest, PlayedCommission
+from pickcli.trial.trial_record import MAX_BYTES, package_versions
+
+FORMAT = "apc-commission-trial"
+VERSION = 1
+DRIVE_STEP = 10  # periods between poses of a drive that are kept
+KEYS = frozenset(("success", "steps", "items", "drives", "duration_s", "collisions", "arm_from_s"))
+
+
+def commission_record(
+    request: CommissionRequest, station: CommissionStation, played: PlayedCommission, name: str, sha256: str
+) -> dict[str, Any]:
+    """Return the record as JSON values, a function of commission, cell, conditions and seed.
+
+    Args:
+        request: The conditions.
+        station: The commission in its cell.
+        played: The played trial.
+        name: Name of the file of the commission.
+        sha256: Digest of that file as it was read.
+
+    Returns:
+        Values by name.
+    """
+    cell = station.cell
+    return {
+        **played.result.record(),
+        "arm_from_s": played.arm_from,
+        "drives": [
+            {
+                "name": each.name,
+                "t_start": each.t_start,
+                "is_loaded": each.is_loaded,
+                "step_s": PERIOD * DRIVE_STEP,
+                "poses": np.round(_thinned(each.poses), 4).tolist(),
+            }
+            for each in played.drives
+        ],
+        "noise": request.noise.figures,
+        "reality": request.reality.as_dict(),
+        "strategy": {"name": request.strategy.name, "digest": request.strategy.digest},
+        "made_from": {
+            "format": FORMAT,
+            "version": VERSION,
+            "commission": name,
+            "commission_sha256": sha256,
+            "seed": request.seed,
+            "cell": cell.name,
+            "cell_fingerprint": cell.scene_fingerprint,
+            "versions": package_versions(),
+        },
+    }
+
+
+def is_commission_record(path: Path) -> bool:
+    """Tell whether a record is one of a trial of a commission.
+
+    Args:
+        path: The file.
+
+    Returns:
+        True by the format that it states.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    return _made_from(_parsed(path)).get("format") == FORMAT
+
+
+def read_commission_record(path: Path) -> dict[str, Any]:
+    """Read the record of a trial of a commission.
+
+    Args:
+        path: The file.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: The file cannot be read, or is no such record.
+        StaleError: It has another version of the format.
+    """
+    record = _parsed(path)
+    made = _made_from(record)
+    if made.get("format") != FORMAT:
+        raise InputError(f"{path}: made_from.format is not {FORMAT!r}: no record of a commission; play one")
+    if made.get("version") != VERSION:
+        raise StaleError(f"{path}: is of version {made.get('version')}, not {VERSION}; play the trial again")
+    if lacking := KEYS - record.keys():
+        raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
+    return record
+
+
+def _thinned(poses: Array) -> Array:
+    """Every ``DRIVE_STEP``-th pose, and the last one."""
+    kept = poses[::DRIVE_STEP]
+    return kept if len(poses) % DRIVE_STEP == 1 else np.vstack([kept, poses[-1:]])
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    found = parse_json(read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path))
+    return found if isinstance(found, dict) else {}
+
+
+def _made_from(record: dict[str, Any]) -> dict[str, Any]:
+    made = record.get("made_from")
+    return made if isinstance(made, dict) else {}
