@@ -44,11 +44,11 @@ def commission_record(
         "arm_from_s": played.arm_from,
         "drives": [
             {
-                "name": each.name,
+                "name": each.drive.name,
                 "t_start": each.t_start,
-                "is_loaded": each.is_loaded,
+                "t_end": each.t_start + each.drive.duration,
                 "step_s": PERIOD * DRIVE_STEP,
-                "poses": np.round(_thinned(each.poses), 4).tolist(),
+                "poses": np.round(_thinned(each.drive.poses), 4).tolist(),
             }
             for each in played.drives
         ],

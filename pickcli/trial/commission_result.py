@@ -12,6 +12,19 @@ from pickcli.trial.pallet_result import SetDownDeviation
 DELIVERED_OFF, DELIVERED_TURNED = 0.06, 0.035  # m and rad: what entry and drive may each be off, together
 
 
+class ActionFailed(Exception):
+    """Why an action of a commission failed; its tree decides what follows.
+
+    Args:
+        reason: Why.
+        figures: Plain values by name, of what was done nevertheless.
+    """
+
+    def __init__(self, reason: str, figures: Mapping[str, Any] | None = None) -> None:
+        super().__init__(reason)
+        self.figures = dict(figures or {})
+
+
 class ItemOutcome(StrEnum):
     """What became of an item."""
 

@@ -1,0 +1,288 @@
+"""The truck of a commission: its drives, with noise, and the pallet on its forks.
+
+Drives are planned on the lattice from where the truck believes to be, while it stands. The pallet is found in
+simulated depth pictures on the way into it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pickcli.driving.drive_plan import DrivePlan, plan_drive
+from pickcli.driving.drive_tracking import PERIOD
+from pickcli.driving.driving_area import DrivingArea, StatedPallet
+from pickcli.driving.free_space_proof import clearances
+from pickcli.driving.pallet_entry import pallet_gap, plan_entry, plan_entry_anew, plan_exit
+from pickcli.driving.simulated_drives import DriveNoise, FollowedDrives, NoisyTruck, followed
+from pickcli.driving.simulated_entries import enter_pallet
+from pickcli.driving.steering_path import posed, seen_from, wrapped
+from pickcli.driving.tricycle import Tricycle
+from pickcli.errors import InputError, NoPlanError
+from pickcli.geometry import Array
+from pickcli.seeds import derived_rng, derived_seed
+from pickcli.trial.commission_result import ActionFailed, PlanarDeviation
+from pickcli.trial.commission_station import CommissionStation, with_thing_at
+
+NEAR = 0.02, float(np.deg2rad(0.7))  # m and rad of its goal, where a truck believes to have arrived
+STRAIGHT_TO_LOAD, STRAIGHT_TO_DELIVERY = 0.2, -0.3  # m of the last part of drives, negative backwards
+ENTRY, LEAVING = "enter_pallet", "drive end"  # names of drives
+
+
+@dataclass(frozen=True, eq=False)
+class TruckDrive:
+    """One drive as it was driven.
+
+    Attributes:
+        name: What it was for.
+        duration: s.
+        poses: (T, 3) m, m, rad: true poses of the truck, ``PERIOD`` apart.
+        felt: (T, 2) m/s^2: accelerations of the pallet on the forks, in the frame of the truck; none without
+            a pallet.
+        figures: Plain values by name.
+    """
+
+    name: str
+    duration: float
+    poses: Array
+    felt: Array
+    figures: dict[str, Any]
+
+
+class CommissionTruck:
+    """The truck and its pallet.
+
+    Args:
+        station: The commission in its cell.
+        noise: Errors of localisation and of drives.
+        seed: Seed of all random choices.
+
+    Attributes:
+        on_forks: (3,) m, m, rad: where the pallet truly is in the frame of the truck; None if it is not
+            entered.
+        is_raised: Whether the forks are raised with it.
+        set_down_at: (3,) m, m, rad: where it truly stands after it was set down.
+        drives: All drives, in order.
+        n_collisions: How many of them met something.
+    """
+
+    def __init__(self, station: CommissionStation, noise: DriveNoise, seed: int) -> None:
+        commission = station.commission
+        self.station, self.seed = station, seed
+        self._truck = NoisyTruck(
+            commission.area.truck, commission.area.start, noise, 1, derived_rng("commission drives", seed)
+        )
+        self._pallet = _really_off(commission.pallet, seed)
+        self.on_forks: Array | None = None
+        self.is_raised = False
+        self.set_down_at: Array | None = None
+        self.drives: list[TruckDrive] = []
+        self.n_collisions = 0
+
+    @property
+    def true(self) -> Array:
+        """(3,) m, m, rad: where the truck truly is."""
+        true: Array = self._truck.true[0].copy()
+        return true
+
+    @property
+    def believed(self) -> Array:
+        """(3,) m, m, rad: where it believes to be."""
+        believed: Array = self._truck.believed[0].copy()
+        return believed
+
+    def enter(self) -> TruckDrive:
+        """Drive into the pallet where it is seen on the way; again from right before it if that failed.
+
+        Returns:
+            The drive.
+
+        Raises:
+            ActionFailed: There is no way, or the pallet was not seen.
+        """
+        if self.on_forks is not None:
+            raise ActionFailed("the forks are in the pallet already")
+        self._truck.localise()
+        area, expected = self.station.entering(self.believed), self.station.commission.pallet
+        again = any(each.name == ENTRY for each in self.drives)
+        plan = _planned(lambda: (plan_entry_anew if again else plan_entry)(area, expected))
+        seed = derived_seed("commission looks", self.seed, len(self.drives))
+        entry = enter_pallet(area, plan, self._pallet, self._truck, seed)
+        figures = {"pictures": entry.n_seen, "renewals": entry.n_renewed, "stops": entry.n_stops}
+        drive = self._driven(ENTRY, entry.poses, entry.duration, area, figures)
+        if entry.has_given_up:
+            why = "the pallet was not seen, or there is no path into it where it was seen"
+            raise ActionFailed(why, drive.figures)
+        (real,) = self._pallet.real
+        self._count_meeting(area, real)
+        self.on_forks = seen_from(self.true, real.pose)
+        return drive
+
+    def to_load(self) -> TruckDrive | None:
+        """Drive to the load with the pallet on the forks.
+
+        Returns:
+            The drive; None if the truck stands there.
+
+        Raises:
+            ActionFailed: No pallet is raised, there is no way, or the truck did not get there.
+        """
+        return self._loaded("drive load", self.station.at_load, STRAIGHT_TO_LOAD)
+
+    def to_delivery(self, on_forks: Array) -> TruckDrive | None:
+        """Drive to where the pallet is to be set down.
+
+        Args:
+            on_forks: (3,) m, m, rad: where the pallet was seen in the frame of the truck.
+
+        Returns:
+            The drive; None if the truck stands there.
+
+        Raises:
+            ActionFailed: As for ``to_load``.
+        """
+        at = with_thing_at(self.station.commission.delivery, on_forks)
+        return self._loaded("drive delivery", at, STRAIGHT_TO_DELIVERY)
+
+    def leave(self) -> TruckDrive | None:
+        """Drive out of the pallet that was set down, to the end of the commission.
+
+        Returns:
+            The drive; None if the truck stands there.
+
+        Raises:
+            ActionFailed: The pallet is not set down, there is no way, or the truck did not get there.
+        """
+        if self.set_down_at is None:
+            raise ActionFailed("the pallet is not set down")
+        self._truck.localise()
+        area, end = self.station.leaving(self.believed), self.station.commission.end
+        if not any(each.name == LEAVING for each in self.drives):
+            at = posed(self.believed, self.station.pallet_in_truck)
+            pallet = replace(self.station.commission.pallet, pose=at)
+            drive = self._followed(LEAVING, _planned(lambda: plan_exit(area, pallet)), area)
+            self._count_meeting(area, replace(pallet, pose=self.set_down_at))
+            return self._arrived(end, drive)
+        if is_near(self.believed, end):
+            return None
+        return self._arrived(end, self._followed(LEAVING, _planned(lambda: plan_drive(area)), area))
+
+    def raise_forks(self) -> None:
+        """Raise the forks with the pallet. Raises ActionFailed without one."""
+        if self.on_forks is None:
+            raise ActionFailed("no pallet is on the forks")
+        self.is_raised = True
+
+    def set_down(self) -> PlanarDeviation:
+        """Lower the forks with the pallet.
+
+        Returns:
+            How far it truly stands from where it was to be delivered.
+
+        Raises:
+            ActionFailed: No pallet is raised.
+        """
+        if not self.is_raised or self.on_forks is None:
+            raise ActionFailed("no pallet is raised")
+        self.is_raised, self.set_down_at = False, posed(self.true, self.on_forks)
+        return deviation(self.set_down_at, self.station.commission.delivery)
+
+    def _loaded(self, name: str, at: Array, straight: float) -> TruckDrive | None:
+        if not self.is_raised:
+            raise ActionFailed("no pallet is raised")
+        self._truck.localise()
+        if is_near(self.believed, at):
+            return None
+        area = self.station.loaded(self.believed, at, straight)
+        return self._arrived(at, self._followed(name, _planned(lambda: plan_drive(area)), area))
+
+    def _followed(self, name: str, plan: DrivePlan, area: DrivingArea) -> TruckDrive:
+        run = followed(plan, self._truck)
+        duration = float(run.durations[0])
+        felt = _felt(run, area.truck, float(self.station.pallet_in_truck[0])) if self.is_raised else None
+        figures = {"planned_s": plan.profile.duration}
+        return self._driven(name, run.poses[:, 0], duration, area, figures, felt)
+
+    def _driven(
+        self, name: str, poses: Array, duration: float, area: DrivingArea, figures: dict[str, Any],
+        felt: Array | None = None,
+    ) -> TruckDrive:  # fmt: skip
+        """Keep a drive, and count whether the truck met walls or boxes."""
+        least, n = float(clearances(area, poses).min()), round(duration / PERIOD) + 1
+        self.n_collisions += least <= 0.0
+        figures |= {"drive_s": duration, "clearance_m": least}
+        felt = np.zeros((0, 2)) if felt is None else felt[:n]
+        self.drives.append(TruckDrive(name, duration, poses[:n], felt, figures))
+        return self.drives[-1]
+
+    def _count_meeting(self, area: DrivingArea, pallet: StatedPallet) -> None:
+        """Count whether the truck met a pallet in its last drive, into it or out of it."""
+        gap = pallet_gap(area, pallet, self.drives[-1].poses)
+        self.n_collisions += gap <= 0.0
+        self.drives[-1].figures["pallet_gap_m"] = gap
+
+    def _arrived(self, goal: Array, drive: TruckDrive) -> TruckDrive:
+        """Raise ActionFailed unless the truck believes to be where a drive was to lead."""
+        off = deviation(self.true, goal)
+        drive.figures.update(off_m=off.distance, turned_rad=off.turn)
+        if not is_near(self.believed, goal):
+            far = deviation(self.believed, goal).distance
+            raise ActionFailed(f"the truck believes to stand {far:.3f} m beside its goal", drive.figures)
+        return drive
+
+
+def deviation(at: Array, wanted: Array) -> PlanarDeviation:
+    """Return how far something is from where it should be.
+
+    Args:
+        at: (3,) m, m, rad.
+        wanted: (3,) m, m, rad.
+
+    Returns:
+        The deviation.
+    """
+    off = seen_from(wanted, at)
+    return PlanarDeviation(float(np.hypot(*off[:2])), abs(float(wrapped(off[2:])[0])))
+
+
+def is_near(at: Array, wanted: Array) -> bool:
+    """Tell whether a truck has arrived.
+
+    Args:
+        at: (3,) m, m, rad: where it is.
+        wanted: (3,) m, m, rad: its goal.
+
+    Returns:
+        True within ``NEAR``.
+    """
+    off = deviation(at, wanted)
+    return off.distance <= NEAR[0] and off.turn <= NEAR[1]
+
+
+def _planned(plan: Callable[[], DrivePlan]) -> DrivePlan:
+    try:
+        return plan()
+    except (InputError, NoPlanError) as error:
+        raise ActionFailed(str(error)) from None
+
+
+def _really_off(stated: StatedPallet, seed: int) -> StatedPallet:
+    """The pallet as the commission states it, or anywhere within the tolerance if it says nothing."""
+    if stated.off.any():
+        return stated
+    off = derived_rng("pallet", seed).uniform(-1.0, 1.0, 3) * stated.tolerance
+    return replace(stated, off=off)
+
+
+def _felt(run: FollowedDrives, truck: Tricycle, x: float) -> Array:
+    """(T, 2) m/s^2: accelerations of a point (x, 0) of the truck in its frame, as speeds are commanded."""
+    poses, steering = run.poses[:, 0], run.steering[:, 0]
+    moved = np.diff(poses[:, :2], axis=0, prepend=poses[:1, :2])
+    forwards = np.sign(moved[:, 0] * np.cos(poses[:, 2]) + moved[:, 1] * np.sin(poses[:, 2]))
+    speed = forwards * run.speeds[:, 0]
+    along, yaw_rate = speed * np.cos(steering), speed * np.sin(steering) / truck.wheel_base
+    gain, turn = np.gradient(along, PERIOD), np.gradient(yaw_rate, PERIOD)
+    return np.column_stack([gain - yaw_rate**2 * x, along * yaw_rate + turn * x])
