@@ -2,10 +2,10 @@
 
     python -m bench.commission [--runs 10] [--seed 0] [--task apple_commission]
 
-Every run has another seed: of the errors of localisation and drives, of where the pallet truly stands within its
-tolerance, of pictures, perceived poses and the deviations of the simulated world. A run succeeds if every item
-stands in its place on the pallet after the last drive, the pallet stands where it was to be delivered, nothing
-collided and no limit was broken, and the truck is out of it.
+Every run has another seed: of the errors of localisation and drives, of where the pallet truly stands within
+its tolerance, of pictures, perceived poses and the deviations of the simulated world. A run succeeds if every
+item stands in its place on the pallet after the last drive, the pallet stands where it was to be delivered,
+nothing collided and no limit was broken, and the truck is out of it.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _line(seed: int, result: CommissionResult) -> str:
     failed = [f"{each.action} {each.target}: {each.reason}" for each in result.steps if not each.is_success]
     return (
         f"seed {seed}: {'success' if result.is_success else 'no success'}, {result.n_placed} of "
-        f"{len(result.items)} items, {delivered}, {result.duration:.1f} s, at the load {result.handling:.1f} s"
+        f"{len(result.items)} items, {delivered}, {result.duration:.1f} s, at load {result.handling:.1f} s"
         + "".join(f", {what} {n}" for what, n in counts.items() if n)
         + ("; " + "; ".join(failed) if failed else "")
     )

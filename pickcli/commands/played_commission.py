@@ -1,4 +1,4 @@
-"""``apc run-trial COMMISSION``: a trial in which a truck takes a pallet, its arm fills it, and it is delivered."""
+"""``apc run-trial COMMISSION``: a trial in which a truck takes a pallet and its arm fills it."""
 
 from __future__ import annotations
 
@@ -94,7 +94,9 @@ def play_commission_file(
         station = CommissionStation.of(cell, commission)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    request = CommissionRequest(_strategy(options), _noise(options), read_reality(options.reality_path), seed=seed)
+    request = CommissionRequest(
+        _strategy(options), _noise(options), read_reality(options.reality_path), seed=seed
+    )
     (context,) = options.planning_contexts([station.cell])
     with stage("trial"), progress("playing") as report:
         played = play_commission(request, station, context, report)
@@ -124,7 +126,7 @@ def _noise(options: TrialOptions) -> PoseNoise:
     from pickcli.trial.commission_trial import NOISE
 
     if options.perception == "camera":
-        raise click.UsageError("--perception camera: items of a commission are not seen by cameras; leave it out")
+        raise click.UsageError("--perception camera: commissions are not seen by cameras; leave it out")
     if options.perception == "truth":
         return PoseNoise()
     return options.pose_noise if is_stated("pose_noise") else NOISE

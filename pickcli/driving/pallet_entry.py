@@ -147,9 +147,7 @@ def plan_exit(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
     _prove_straight(area, pallet, out, "a drive out of the pallet")
     onward = plan_drive(_passed(area, pallet, out.end))
     path = out.then(onward.path)
-    return DrivePlan(
-        replace(area, boxes=onward.area.boxes), onward.lattice, path, speed_profile(path)
-    )
+    return DrivePlan(replace(area, boxes=onward.area.boxes), onward.lattice, path, speed_profile(path))
 
 
 def _passed(area: DrivingArea, pallet: StatedPallet, start: Array) -> DrivingArea:
@@ -165,8 +163,8 @@ def pallet_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
         poses: (N, 3) m, m, rad: true poses of the truck.
 
     Returns:
-        m: of the forks in it from the sides of its pockets, and of the truck's body from it; not over 0 if one
-        of them meets it.
+        m: of the forks in it from the sides of its pockets, and of the truck's body from it; not over 0 if
+        one of them meets it.
     """
     heels = area.forks.length - area.truck.back
     body = replace(area, truck=replace(area.truck, back=-heels), boxes=(pallet.footprint,))
@@ -174,7 +172,7 @@ def pallet_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
 
 
 def _pocket_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
-    """M of the forks from the sides of the pockets, negative if one meets a side; infinite outside of them."""
+    """M of forks from the sides of the pockets, negative if one meets a side; infinite outside of them."""
     forks, back = area.forks, area.truck.back
     edges = forks.aside + np.array([-0.5, 0.5]) * forks.width
     along = np.linspace(-back, forks.length - back, N_ALONG)

@@ -181,8 +181,8 @@ _OF_ORDERS = (
 _OF_COMMISSIONS = (
     NodeType(
         "enter_pallet", NodeKind.ACTION, "EnterPallet",
-        "Plans a drive into the expected pallet and drives it, with looks at the pallet on the way; succeeds if "
-        "the forks are in it.",
+        "Plans a drive into the expected pallet and drives it, with looks at the pallet on the way; succeeds "
+        "if the forks are in it.",
     ),
     NodeType("lift_pallet", NodeKind.ACTION, "LiftPallet", "Raises the forks with the pallet on them."),
     NodeType(

@@ -71,8 +71,8 @@ def load_strategy(name: str, kind: TrialKind = TrialKind.ORDER) -> Strategy:
     strategy = find_strategy(name, kind)
     if strategy.kind is not kind:
         raise InputError(
-            f"{name}: is a strategy of a trial of the kind {strategy.kind}, one of the kind {kind} is played; "
-            f"name another, such as {packaged_strategies(kind)[0]}"
+            f"{name}: is a strategy of trials of the kind {strategy.kind}, not of the kind {kind}; name "
+            f"another, such as {packaged_strategies(kind)[0]}"
         )
     return strategy
 
@@ -176,8 +176,8 @@ class _Reader:
         """Note a node that has no meaning in the trials of the nodes before it."""
         self._kind = self._kind or type_.trial
         if type_.trial not in (None, self._kind):
-            text = f"{type_.name} is of trials of the kind {type_.trial}, nodes before it of the kind {self._kind}"
-            self._source.add(key, f"{text}; write two strategies")
+            kinds = f"the kind {type_.trial}, nodes before it of the kind {self._kind}"
+            self._source.add(key, f"{type_.name} is of trials of {kinds}; write two strategies")
 
     def _read(self, key: Key, type_: NodeType, content: Any) -> StrategyNode | None:
         self._refuse_mixed(key, type_)

@@ -34,8 +34,8 @@ class Commission:
     """What a truck with an arm is to do.
 
     Attributes:
-        area: Where it drives: walls, boxes and start of the truck, its camera, and the pallet that is expected,
-            into which the first drive leads.
+        area: Where it drives: walls, boxes and start of the truck, its camera, and the pallet that is
+            expected, into which the first drive leads.
         load: (3,) m, m, rad: where the load stands, in the frame of its place in the cell.
         items: What is on it, and is to be put on the pallet.
         filled_low: (2,) m, lower corner of the part of the pallet's deck that is filled, from its middle.

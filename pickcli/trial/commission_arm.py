@@ -1,8 +1,8 @@
 """The arm of a commission: what it sees around the truck, and its motions, in one simulated world.
 
-The world is put up around the truck where it truly stands at the load. There the arm sees load, pallet and items
-with errors; every motion is planned, verified and executed as in other trials. As the truck drives on, the same
-world is accelerated as its frame is, with the items on the pallet.
+The world is put up around the truck where it truly stands at the load. There the arm sees load, pallet and
+items with errors; every motion is planned, verified and executed as in other trials. As the truck drives on,
+the same world is accelerated as its frame is, with the items on the pallet.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from pickcli.simulation.reality import Reality
 from pickcli.simulation.world import World
 from pickcli.trial.certifier import Certifier
 from pickcli.trial.commission import LOAD, PALLET
-from pickcli.trial.commission_result import ActionFailed
+from pickcli.trial.commission_result import ActionError
 from pickcli.trial.commission_station import CommissionStation, planar
 from pickcli.trial.pallet_result import SetDownDeviation
 from pickcli.trial.pose_noise import perceive
@@ -98,7 +98,12 @@ class CommissionArm:
     """
 
     def __init__(
-        self, station: CommissionStation, context: PlanningContext, noise: PoseNoise, reality: Reality, seed: int
+        self,
+        station: CommissionStation,
+        context: PlanningContext,
+        noise: PoseNoise,
+        reality: Reality,
+        seed: int,
     ) -> None:
         self.station, self.context = station, context
         self.noise, self.reality, self.seed = noise, reality, seed
@@ -125,7 +130,7 @@ class CommissionArm:
 
     @property
     def pallet_on_forks(self) -> Array:
-        """(3,) m, m, rad: where the pallet was seen last in the frame of the truck; as it should be before."""
+        """(3,) m, m, rad: where the pallet was seen last in the frame of the truck, or should be before."""
         if self._seen is None:
             return self.station.pallet_in_truck
         return planar(self._seen.pose_of(self.station.cell.carriers[PALLET]).T_world_carrier)
@@ -138,11 +143,11 @@ class CommissionArm:
             on_forks: (3,) m, m, rad: where the pallet truly is in its frame.
 
         Raises:
-            ActionFailed: Load or pallet stand farther off than the cell allows.
+            ActionError: Load or pallet stand farther off than the cell allows.
         """
         scene = self.station.scene(truck, on_forks)
         if why := self.station.off_bounds(scene):
-            raise ActionFailed(why)
+            raise ActionError(why)
         self.before = scene
         home = self._home
         self._world = World(scene, home.q, home.tool_state, reality=self.reality, seed=self.seed)
@@ -196,11 +201,11 @@ class CommissionArm:
             What came of the motion.
 
         Raises:
-            ActionFailed: There is no certified plan, and the arm did not move.
+            ActionError: There is no certified plan, and the arm did not move.
         """
         world = self._there()
         if not self.is_on_load(name):
-            raise ActionFailed(f"{name} is not on the load")
+            raise ActionError(f"{name} is not on the load")
         place = self.station.stated(self._placements[name])
         query, start = PickQuery(LOAD, name, PALLET, at=place), self._at
         seed = derived_seed("commission pick", self.seed, name, len(self.plans))
@@ -218,7 +223,7 @@ class CommissionArm:
         """Move home.
 
         Raises:
-            ActionFailed: There is no certified plan, or the arm did not get there.
+            ActionError: There is no certified plan, or the arm did not get there.
         """
         if self.is_home:
             return
@@ -234,7 +239,7 @@ class CommissionArm:
 
         _, trouble = self._moved(planned)
         if not self.is_home:
-            raise ActionFailed(trouble or "the arm is not at home")
+            raise ActionError(trouble or "the arm is not at home")
 
     def is_on_load(self, name: str) -> bool:
         """Tell whether an item is on the load.
@@ -267,22 +272,22 @@ class CommissionArm:
 
     def _there(self) -> World:
         if self._world is None:
-            raise ActionFailed("the truck did not stand at the load yet")
+            raise ActionError("the truck did not stand at the load yet")
         return self._world
 
     def _has(self, name: str) -> bool:
         return any(placed.id == name for placed in self._there().scene.items)
 
     def _moved(self, planned: Callable[[Scene, Certify], Plan]) -> tuple[Plan, str]:
-        """Plan and execute a certified motion; returns the plan, and what went wrong. Raises ActionFailed."""
+        """Plan and execute a certified motion; returns the plan, and what went wrong. Raises ActionError."""
         world, seen = self._there(), self._seen
         if seen is None:
-            raise ActionFailed("nothing was looked at")
+            raise ActionError("nothing was looked at")
         world.wait(QUERY_CHARGE)
         try:
             plan = planned(seen, Certifier(verify).within(seen))
         except NoPlanError as error:
-            raise ActionFailed(str(error)) from None
+            raise ActionError(str(error)) from None
         self.plans.append(SeenPlan(plan, seen))
         return plan, self._executed(plan, world)
 

@@ -219,7 +219,9 @@ def _refuse_overlaps(source: Source, model: CommissionModel, commission: Commiss
         apart = float(np.hypot(*(a.at - b.at)[:2]))
         inner = sum(float(each.item.shape.extents[:2].min()) / 2 for each in (a, b))
         if apart < inner:
-            text = f"{b.id} stands in {a.id} (line {source.place(('items', j))[1]}); put them {inner:g} m apart"
+            text = (
+                f"{b.id} stands in {a.id} (line {source.place(('items', j))[1]}); put them {inner:g} m apart"
+            )
             source.add(("items", k), text)
 
 

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from pickcli.cell.schemas.items_text import items_text
 from pickcli.files.atomic_write import write_text
 from pickcli.motion.plan_file import write_plan
 from pickcli.scene.scene_file import write_scene
@@ -17,8 +18,8 @@ from pickcli.trial.motion_record import motion_values, write_motion
 from pickcli.trial.trial_folder import MOTION, RECORD, write_files
 from pickcli.trial.trial_record import record_digest, write_record
 
-COMMISSION, SCENE = "commission.yaml", "scene.json"
-NAMES = (COMMISSION, SCENE, MOTION, RECORD)
+COMMISSION, ITEMS, SCENE = "commission.yaml", "items.yaml", "scene.json"
+NAMES = (COMMISSION, ITEMS, SCENE, MOTION, RECORD)
 
 
 def write_commission_folder(
@@ -47,7 +48,12 @@ def write_commission_folder(
     Raises:
         InputError: A file cannot be written; all others are, and the message lists both.
     """
-    writers: dict[str, Callable[[Path], None]] = {COMMISSION: partial(write_text, text=text)}
+    products = {each.item.name: each.item for each in station.commission.items}
+    comment = "Products of a commission, as fingers take them: for --items."
+    writers: dict[str, Callable[[Path], None]] = {
+        COMMISSION: partial(write_text, text=text),
+        ITEMS: partial(write_text, text=items_text(list(products.values()), comment)),
+    }
     if played.before is not None:
         motion = motion_values(played.recorder, [station.cell]) | {"record": record_digest(record)}
         writers[SCENE] = partial(write_scene, played.before)

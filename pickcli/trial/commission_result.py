@@ -12,8 +12,8 @@ from pickcli.trial.pallet_result import SetDownDeviation
 DELIVERED_OFF, DELIVERED_TURNED = 0.06, 0.035  # m and rad: what entry and drive may each be off, together
 
 
-class ActionFailed(Exception):
-    """Why an action of a commission failed; its tree decides what follows.
+class ActionError(Exception):
+    """Why an action of a commission failed: within its trial, whose tree decides what follows.
 
     Args:
         reason: Why.

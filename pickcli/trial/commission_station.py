@@ -124,7 +124,14 @@ class CommissionStation:
         truck = replace(area.truck, back=back, width=max(area.truck.width, shape.width))
         boxes = (*area.boxes, self.load_box)
         return replace(
-            area, start=start, goal=goal, straight=straight, boxes=boxes, truck=truck, pallet=None, enters=False
+            area,
+            start=start,
+            goal=goal,
+            straight=straight,
+            boxes=boxes,
+            truck=truck,
+            pallet=None,
+            enters=False,
         )
 
     def leaving(self, start: Array) -> DrivingArea:
@@ -283,7 +290,7 @@ def _refuse_other_pallet(cell: Cell, commission: Commission) -> None:
     off = float(np.abs(entered[:2] - planar(cell.carriers[PALLET].T_world_carrier)[:2]).max())
     if off > SAME_PLACE:
         raise InputError(
-            f"with a margin of {commission.area.margin:g} m the forks take the pallet {1e3 * off:.0f} mm from "
+            f"with a margin of {commission.area.margin:g} m forks take the pallet {1e3 * off:.0f} mm from "
             f"where cell {cell.name} has it; state another margin"
         )
 

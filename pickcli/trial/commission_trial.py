@@ -21,7 +21,7 @@ from pickcli.strategy.strategy_tree import Argument, Strategy
 from pickcli.strategy.tree_player import TreePlayer
 from pickcli.trial.commission_arm import CommissionArm, SeenPlan
 from pickcli.trial.commission_result import (
-    ActionFailed,
+    ActionError,
     CommissionedItem,
     CommissionResult,
     CommissionStep,
@@ -174,7 +174,7 @@ class _CommissionTrial:
         began, reason, is_success = self.now, "", True
         try:
             figures = self._action(name)(**arguments)
-        except ActionFailed as failed:
+        except ActionError as failed:
             figures, reason, is_success = failed.figures, str(failed), False
         target = self.chosen if name in ("choose_item", "transfer_item", "skip_item") else ""
         label = " ".join([name, *map(str, arguments.values())])
@@ -183,13 +183,14 @@ class _CommissionTrial:
 
     def _action(self, name: str) -> Callable[..., dict[str, Any]]:
         if self.time_left <= 0.0 and name not in ("home_arm", "end_here"):
-            raise ActionFailed(f"{MOST_TIME:g} s are over")
-        return {
+            raise ActionError(f"{MOST_TIME:g} s are over")
+        actions: dict[str, Callable[..., dict[str, Any]]] = {
             "enter_pallet": self.enter_pallet, "lift_pallet": self.lift_pallet, "drive": self.drive,
             "choose_item": self.choose_item, "look_at_load": self.look_at_load,
             "transfer_item": self.transfer_item, "skip_item": self.skip_item, "home_arm": self.home_arm,
             "set_down_pallet": self.set_down_pallet, "end_here": self.end_here,
-        }[name]  # fmt: skip
+        }  # fmt: skip
+        return actions[name]
 
     def _pass(self, seconds: float) -> None:
         """Let time pass in which neither truck nor arm moves."""
@@ -213,10 +214,10 @@ class _CommissionTrial:
     def drive(self, to: str) -> dict[str, Any]:
         """Drive to a place, with the arm at home."""
         if not self.arm.is_home:
-            raise ActionFailed("the arm is not at home")
+            raise ActionError("the arm is not at home")
         goal = TruckGoal(to)
         if goal is TruckGoal.LOAD and self.arm.before is not None:
-            raise ActionFailed("the load was left, and is not come back to")
+            raise ActionError("the load was left, and is not come back to")
         self.at_load = False
         if goal is TruckGoal.DELIVERY:
             return self._driven(lambda: self.truck.to_delivery(self.arm.pallet_on_forks))
@@ -255,7 +256,7 @@ class _CommissionTrial:
         """Choose the first open item in the sequence in which they are put up."""
         self.chosen = next((name for name, each in self.tried.items() if each.is_open), "")
         if not self.chosen:
-            raise ActionFailed("no item is open")
+            raise ActionError("no item is open")
         return {}
 
     def skip_item(self) -> dict[str, Any]:
@@ -266,7 +267,7 @@ class _CommissionTrial:
     def look_at_load(self) -> dict[str, Any]:
         """Look at what stands around; the first look puts the world of the arm up."""
         if not self.at_load or self.truck.on_forks is None:
-            raise ActionFailed("the truck does not stand at the load with a pallet")
+            raise ActionError("the truck does not stand at the load with a pallet")
         self._pass(LOOK_CHARGE)
         if self.arm.before is None:
             self.arm.put_up(self.truck.true, self.truck.on_forks)
@@ -276,7 +277,7 @@ class _CommissionTrial:
     def transfer_item(self) -> dict[str, Any]:
         """Put the chosen item on the pallet."""
         if not self.at_load:
-            raise ActionFailed("the truck does not stand at the load")
+            raise ActionError("the truck does not stand at the load")
         name, tried = self.chosen, self._chosen()
         if any(each.attempts for each in self.tried.values()):
             self.arm.look()  # what was seen before has changed
@@ -288,11 +289,11 @@ class _CommissionTrial:
             return {**done.figures, **({"trouble": done.trouble} if done.trouble else {})}
         tried.is_open = self.arm.is_on_load(name)
         where = f"{name} was taken away by hand" if done.set_down is None else f"{name} ended {done.set_down}"
-        raise ActionFailed("; ".join(filter(None, (done.trouble, where))), done.figures)
+        raise ActionError("; ".join(filter(None, (done.trouble, where))), done.figures)
 
     def _chosen(self) -> _Tried:
         if self.chosen not in self.tried or not self.tried[self.chosen].is_open:
-            raise ActionFailed("no open item is chosen")
+            raise ActionError("no open item is chosen")
         return self.tried[self.chosen]
 
     def home_arm(self) -> dict[str, Any]:
@@ -309,7 +310,8 @@ class _CommissionTrial:
         result = CommissionResult(
             tuple(self.steps), tuple(self._item(each.id) for each in self.station.commission.items),
             self.delivered, deviation(truck.true, self.station.commission.end),
-            arm.n_collisions + truck.n_collisions, arm.n_limit_violations, arm.n_stops, self.aborted, self.now,
+            arm.n_collisions + truck.n_collisions, arm.n_limit_violations, arm.n_stops, self.aborted,
+            self.now,
             sum(each.t_end - each.t_start for each in self.steps if each.action in handling),
         )  # fmt: skip
         plans = tuple(arm.plans)

@@ -24,7 +24,7 @@ from pickcli.driving.tricycle import Tricycle
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array
 from pickcli.seeds import derived_rng, derived_seed
-from pickcli.trial.commission_result import ActionFailed, PlanarDeviation
+from pickcli.trial.commission_result import ActionError, PlanarDeviation
 from pickcli.trial.commission_station import CommissionStation, with_thing_at
 
 NEAR = 0.02, float(np.deg2rad(0.7))  # m and rad of its goal, where a truck believes to have arrived
@@ -101,10 +101,10 @@ class CommissionTruck:
             The drive.
 
         Raises:
-            ActionFailed: There is no way, or the pallet was not seen.
+            ActionError: There is no way, or the pallet was not seen.
         """
         if self.on_forks is not None:
-            raise ActionFailed("the forks are in the pallet already")
+            raise ActionError("the forks are in the pallet already")
         self._truck.localise()
         area, expected = self.station.entering(self.believed), self.station.commission.pallet
         again = any(each.name == ENTRY for each in self.drives)
@@ -115,7 +115,7 @@ class CommissionTruck:
         drive = self._driven(ENTRY, entry.poses, entry.duration, area, figures)
         if entry.has_given_up:
             why = "the pallet was not seen, or there is no path into it where it was seen"
-            raise ActionFailed(why, drive.figures)
+            raise ActionError(why, drive.figures)
         (real,) = self._pallet.real
         self._count_meeting(area, real)
         self.on_forks = seen_from(self.true, real.pose)
@@ -128,7 +128,7 @@ class CommissionTruck:
             The drive; None if the truck stands there.
 
         Raises:
-            ActionFailed: No pallet is raised, there is no way, or the truck did not get there.
+            ActionError: No pallet is raised, there is no way, or the truck did not get there.
         """
         return self._loaded("drive load", self.station.at_load, STRAIGHT_TO_LOAD)
 
@@ -142,7 +142,7 @@ class CommissionTruck:
             The drive; None if the truck stands there.
 
         Raises:
-            ActionFailed: As for ``to_load``.
+            ActionError: As for ``to_load``.
         """
         at = with_thing_at(self.station.commission.delivery, on_forks)
         return self._loaded("drive delivery", at, STRAIGHT_TO_DELIVERY)
@@ -154,10 +154,10 @@ class CommissionTruck:
             The drive; None if the truck stands there.
 
         Raises:
-            ActionFailed: The pallet is not set down, there is no way, or the truck did not get there.
+            ActionError: The pallet is not set down, there is no way, or the truck did not get there.
         """
         if self.set_down_at is None:
-            raise ActionFailed("the pallet is not set down")
+            raise ActionError("the pallet is not set down")
         self._truck.localise()
         area, end = self.station.leaving(self.believed), self.station.commission.end
         if not any(each.name == LEAVING for each in self.drives):
@@ -171,9 +171,9 @@ class CommissionTruck:
         return self._arrived(end, self._followed(LEAVING, _planned(lambda: plan_drive(area)), area))
 
     def raise_forks(self) -> None:
-        """Raise the forks with the pallet. Raises ActionFailed without one."""
+        """Raise the forks with the pallet. Raises ActionError without one."""
         if self.on_forks is None:
-            raise ActionFailed("no pallet is on the forks")
+            raise ActionError("no pallet is on the forks")
         self.is_raised = True
 
     def set_down(self) -> PlanarDeviation:
@@ -183,16 +183,16 @@ class CommissionTruck:
             How far it truly stands from where it was to be delivered.
 
         Raises:
-            ActionFailed: No pallet is raised.
+            ActionError: No pallet is raised.
         """
         if not self.is_raised or self.on_forks is None:
-            raise ActionFailed("no pallet is raised")
+            raise ActionError("no pallet is raised")
         self.is_raised, self.set_down_at = False, posed(self.true, self.on_forks)
         return deviation(self.set_down_at, self.station.commission.delivery)
 
     def _loaded(self, name: str, at: Array, straight: float) -> TruckDrive | None:
         if not self.is_raised:
-            raise ActionFailed("no pallet is raised")
+            raise ActionError("no pallet is raised")
         self._truck.localise()
         if is_near(self.believed, at):
             return None
@@ -225,12 +225,12 @@ class CommissionTruck:
         self.drives[-1].figures["pallet_gap_m"] = gap
 
     def _arrived(self, goal: Array, drive: TruckDrive) -> TruckDrive:
-        """Raise ActionFailed unless the truck believes to be where a drive was to lead."""
+        """Raise ActionError unless the truck believes to be where a drive was to lead."""
         off = deviation(self.true, goal)
         drive.figures.update(off_m=off.distance, turned_rad=off.turn)
         if not is_near(self.believed, goal):
             far = deviation(self.believed, goal).distance
-            raise ActionFailed(f"the truck believes to stand {far:.3f} m beside its goal", drive.figures)
+            raise ActionError(f"the truck believes to stand {far:.3f} m beside its goal", drive.figures)
         return drive
 
 
@@ -266,7 +266,7 @@ def _planned(plan: Callable[[], DrivePlan]) -> DrivePlan:
     try:
         return plan()
     except (InputError, NoPlanError) as error:
-        raise ActionFailed(str(error)) from None
+        raise ActionError(str(error)) from None
 
 
 def _really_off(stated: StatedPallet, seed: int) -> StatedPallet:

@@ -29,7 +29,7 @@ from pickcli.motion.plan import Plan
 from pickcli.perception.textures.sift_views import NO_SIFT
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
-from pickcli.strategy.strategy_player import Tick
+from pickcli.strategy.tree_player import Tick
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.record_schema import refuse_bad_record
 from pickcli.trial.tote_shift import ToteTouches, tote_displacement

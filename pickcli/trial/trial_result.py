@@ -11,7 +11,7 @@ from pickcli.motion.plan import Grasp, Plan
 from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
-from pickcli.strategy.strategy_player import Tick
+from pickcli.strategy.tree_player import Tick
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.final_state import FinalState
 from pickcli.trial.order import ANY_BIN, Order, Target

@@ -13,8 +13,8 @@ from pickcli.geometry import pose
 from pickcli.palletizing.pallet_order import CONTAINERS, Carton, Pallet
 from pickcli.scene.scene import PoseNoise
 from pickcli.trial.pallet_result import SetDownDeviation
-from pickcli.trial.standing_items import standing
 from pickcli.trial.pallet_station import PalletStation, side_of_arm
+from pickcli.trial.standing_items import standing
 from support.pallet_stacks import CARTONS, PALLET, pallet_cell, stack_of, station
 
 
