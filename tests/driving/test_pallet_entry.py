@@ -11,7 +11,15 @@ from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.driving.drive_plan import DrivePlan
 from pickcli.driving.driving_area import DrivingArea, FloorBox, StatedPallet
 from pickcli.driving.forks import Forks
-from pickcli.driving.pallet_entry import entered_pose, plan_entry, plan_in_area, renewed_entry
+from pickcli.driving.free_space_proof import clearances
+from pickcli.driving.pallet_entry import (
+    entered_pose,
+    pallet_gap,
+    plan_entry,
+    plan_exit,
+    plan_in_area,
+    renewed_entry,
+)
 from pickcli.driving.simulated_entries import entry_figures, simulate_entries
 from pickcli.driving.steering_path import SteeringPath, posed, seen_from
 from pickcli.driving.truck_camera import TruckCamera
@@ -92,3 +100,44 @@ def test_a_truck_that_sees_no_pallet_stays_before_it(plan: DrivePlan) -> None:
     (entry,) = simulate_entries(replace(AREA, pallet=gone), plan, 1, 3)
     assert entry.has_given_up and not entry.is_within and entry.n_seen == 0
     assert entry_figures([entry])["given_up"] == 1
+
+
+def test_a_drive_out_of_a_pallet_goes_straight_until_the_forks_are_out() -> None:
+    inside = replace(AREA, start=entered_pose(AREA, PALLET), goal=np.array([7.0, 5.0, 0.5]), pallet=None)
+    out = plan_exit(inside, PALLET)
+    np.testing.assert_allclose(out.path.end, inside.goal, atol=1e-4)
+    first = seen_from(PALLET.pose, out.path.poses_at(np.linspace(0.0, 1.4, 15)))
+    np.testing.assert_allclose(first[:, 1:], 0.0, atol=1e-9)
+    assert pallet_gap(inside, PALLET, out.path.poses_at(np.linspace(0.0, out.path.length, 200))) > 0.02
+    past = replace(inside, boxes=(PALLET.footprint,))
+    later = out.path.poses_at(np.linspace(1.5, out.path.length, 200))
+    assert clearances(past, later).min() >= AREA.margin - 1e-3
+
+
+def test_a_drive_out_that_is_blocked_has_a_reason() -> None:
+    wall = FloorBox("rack", tuple(posed(PALLET.pose, np.array([2.6, 0.0, 0.0]))[:2].tolist()), (0.2, 1.0))
+    inside = replace(
+        AREA, start=entered_pose(AREA, PALLET), goal=np.array([7.0, 5.0, 0.5]), pallet=None, boxes=(wall,)
+    )
+    with pytest.raises(NoPlanError, match="a drive out of the pallet"):
+        plan_exit(inside, PALLET)
+
+
+@pytest.mark.parametrize(
+    ("aside", "gap"), [(0.0, 0.0825), (0.05, 0.0325), (-0.05, 0.0325), (0.0825, 0.0), (0.1, -0.0175)]
+)
+def test_the_gap_of_forks_in_pockets_is_that_of_their_widths(aside: float, gap: float) -> None:
+    """Pockets are 72.5 to 300 mm from the middle, forks 155 to 255: 82.5 mm inside of them, 45 outside."""
+    at = posed(entered_pose(AREA, PALLET), np.array([0.0, aside, 0.0]))
+    inner, outer = 0.155 - 0.0725 - abs(aside), 0.3 - 0.255 - abs(aside)
+    assert pallet_gap(AREA, PALLET, at[None]) == pytest.approx(
+        min(inner, outer, AREA.margin + 0.01), abs=1e-6
+    )
+    assert inner == pytest.approx(gap)
+
+
+def test_a_body_that_meets_the_pallet_has_no_gap() -> None:
+    at = posed(entered_pose(AREA, PALLET), np.array([-0.08, 0.0, 0.0]))
+    assert pallet_gap(AREA, PALLET, at[None]) <= 0.0
+    away = posed(entered_pose(AREA, PALLET), np.array([2.0, 0.0, 0.0]))
+    assert pallet_gap(AREA, PALLET, away[None]) > 1.0

@@ -11,8 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.errors import InputError
-from pickcli.strategy.node_types import NODE_TYPES, NodeKind
-from pickcli.strategy.strategy_file import load_strategy, packaged_strategies, read_strategy
+from pickcli.strategy.node_types import NODE_TYPES, NodeKind, TrialKind
+from pickcli.strategy.strategy_file import (
+    find_strategy,
+    load_strategy,
+    packaged_strategies,
+    read_strategy,
+)
 from pickcli.strategy.strategy_svg import strategy_svg
 from pickcli.strategy.strategy_text import strategy_text
 from pickcli.strategy.strategy_tree import Strategy, StrategyNode
@@ -194,3 +199,27 @@ def _names(element: ElementTree.Element) -> list[object]:
 
 def _named(node: StrategyNode) -> list[object]:
     return [node.type.xml_name, *(_named(child) for child in node.children)]
+
+
+def test_a_file_that_mixes_trials_is_refused_with_the_node(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.yaml"
+    path.write_text(
+        "format: apc strategy\nversion: 1\nname: mixed\ndescription: both\n"
+        "tree:\n  sequence: [enter_pallet, look, lift_pallet]\n"
+    )
+    with pytest.raises(
+        InputError, match=r"look is of trials of the kind order, nodes before it of the kind comm"
+    ):
+        read_strategy(path)
+
+
+def test_strategies_of_commissions_are_found_apart_from_those_of_orders() -> None:
+    assert packaged_strategies(TrialKind.COMMISSION) == ("apple",)
+    assert load_strategy("apple", TrialKind.COMMISSION).kind is TrialKind.COMMISSION
+    assert find_strategy("apple").name == "apple" and find_strategy("kth").kind is TrialKind.ORDER
+    with pytest.raises(InputError, match="apple: is a strategy of trials of the kind commission"):
+        load_strategy("apple")
+    with pytest.raises(InputError, match="kth: is a strategy of trials of the kind order"):
+        load_strategy("kth", TrialKind.COMMISSION)
+    with pytest.raises(InputError, match="apple"):
+        load_strategy("aple", TrialKind.COMMISSION)

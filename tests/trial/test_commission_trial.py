@@ -1,0 +1,276 @@
+"""A truck takes a pallet, its arm fills it, and it is delivered; what fails has a reason and a next step."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pickcli.driving.simulated_drives import DriveNoise
+from pickcli.kinematics.arm import Arm
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.scene.scene import PoseNoise
+from pickcli.simulation.reality import IDEAL
+from pickcli.trial.commission import LOAD, PALLET
+from pickcli.trial.commission_arm import CommissionArm
+from pickcli.trial.commission_record import commission_record
+from pickcli.trial.commission_result import ActionError, ItemOutcome
+from pickcli.trial.commission_station import CommissionStation
+from pickcli.trial.commission_trial import CommissionRequest, PlayedCommission
+from pickcli.trial.commission_truck import CommissionTruck, with_thing_at
+from support.command_line import apc, misused, refused
+from support.commissions import SHIPPED, few, play, station_of, written
+
+FLIGHT = ["enter_pallet", "lift_pallet", "drive load", "look_at_load"]
+HAND = 0.09  # m around the tip of the hand that it is within, seen from above
+DELIVERY = ["home_arm", "drive delivery", "set_down_pallet", "drive end"]
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return written(tmp_path_factory.mktemp("two"), lambda data: few(data, "coke", "box_45"))
+
+
+@pytest.fixture(scope="module")
+def station(two: Path) -> CommissionStation:
+    return station_of(two)
+
+
+@pytest.fixture(scope="module")
+def played(two: Path) -> PlayedCommission:
+    return play(two, seed=5)
+
+
+def test_the_whole_chain_is_played_in_its_order_and_succeeds(played: PlayedCommission) -> None:
+    result = played.result
+    assert result.is_success and result.is_clean and not result.aborted and result.n_stops == 0
+    assert [each.action for each in result.steps] == [
+        *FLIGHT, *["choose_item", "transfer_item"] * 2, *DELIVERY
+    ]  # fmt: skip
+    assert all(each.is_success and not each.reason for each in result.steps)
+    for before, after in zip(result.steps, result.steps[1:], strict=False):
+        assert before.t_end == after.t_start
+    assert 40.0 < result.duration < 100.0 and 10.0 < result.handling < 40.0
+    assert result.delivered is not None and result.delivered.distance < 0.04
+
+
+def test_items_stand_in_their_places_after_the_last_drive(played: PlayedCommission) -> None:
+    for each in played.result.items:
+        assert each.outcome is ItemOutcome.PLACED and each.attempts == 1
+        assert each.at_end is not None and each.at_end.aside < 0.01 and abs(each.at_end.height) < 0.002
+
+
+def test_the_arm_plans_for_where_the_truck_truly_stands(
+    played: PlayedCommission, station: CommissionStation
+) -> None:
+    """Load and pallet are displaced in the arm's frame by the error of the drives, and seen with errors."""
+    assert played.before is not None
+    for name in (LOAD, PALLET):
+        carrier = station.cell.carriers[name]
+        truly = played.before.pose_of(carrier).T_world_carrier
+        assert 1e-4 < np.abs(truly - carrier.T_world_carrier)[:2, 3].max() < 0.05
+        for each in played.plans:
+            seen = each.seen.pose_of(carrier)
+            assert seen.error.allows(np.linalg.inv(seen.T_world_carrier) @ truly)
+            assert np.abs(seen.T_world_carrier - truly).max() > 1e-5
+    stood = played.drives[1].drive.poses[-1]
+    load = played.before.pose_of(station.cell.carriers[LOAD]).T_world_carrier
+    where = with_thing_at(
+        station.commission.load, np.array([*load[:2, 3], np.arctan2(load[1, 0], load[0, 0])])
+    )
+    np.testing.assert_allclose(where, stood, atol=1e-6)
+
+
+def test_every_motion_of_the_arm_is_certified(played: PlayedCommission) -> None:
+    assert len(played.plans) == 3
+    for each in played.plans:
+        assert each.plan.certificate is not None and each.plan.certificate.min_clearance >= 0.003
+
+
+def test_drives_are_on_the_clock_and_keep_away_from_everything(played: PlayedCommission) -> None:
+    names = [each.drive.name for each in played.drives]
+    assert names == ["enter_pallet", "drive load", "drive delivery", "drive end"]
+    for each in played.drives:
+        assert each.drive.figures["clearance_m"] > 0.0
+        assert len(each.drive.poses) == pytest.approx(each.drive.duration / 0.02 + 1, abs=1.5)
+    loaded = [len(each.drive.felt) > 0 for each in played.drives]
+    assert loaded == [False, True, True, False]
+    assert all(played.drives[k].drive.figures["pallet_gap_m"] > 0.0 for k in (0, 3))
+
+
+@pytest.mark.slow
+def test_a_seed_repeats_all_and_another_does_not(two: Path, station: CommissionStation) -> None:
+    def text(seed: int) -> str:
+        request = CommissionRequest(seed=seed)
+        return json.dumps(commission_record(request, station, play(two, seed=seed), "x", "y"))
+
+    first = text(5)
+    assert first == text(5) and first != text(6)
+
+
+# What fails ------------------------------------------------------------------------------------------
+
+
+def test_without_a_pallet_the_truck_tries_twice_and_ends_where_it_stands(tmp_path: Path) -> None:
+    result = play(written(tmp_path, lambda data: data["pallet"].update(there=False)), seed=1).result
+    assert [each.action for each in result.steps] == ["enter_pallet"] * 2 + ["home_arm", "end_here"]
+    assert not result.is_success and result.is_clean
+    assert result.aborted.startswith("enter_pallet: the pallet was not seen")
+    assert {each.outcome for each in result.items} == {ItemOutcome.LEFT} and result.delivered is None
+
+
+def test_an_item_without_room_for_the_fingers_is_skipped_and_the_rest_delivered(tmp_path: Path) -> None:
+    """Two boxes side by side, closer than a finger: neither can be taken, after two looks."""
+
+    def change(data: dict[str, Any]) -> None:
+        few(data, "coke", "box_45", "box_50")
+        walls = [[x, y] for x, y in ((0.0, 0.05), (0.047, 0.05), (-0.047, 0.05), (0.0, 0.097), (0.0, 0.003))]
+        data["products"]["post"] = {"box": [0.045, 0.045, 0.2], "mass": 0.2}
+        data["items"] = [data["items"][0], *({"product": "post", "position": each} for each in walls)]
+        data["items"][0]["position"] = [-0.2, -0.1]
+
+    result = play(written(tmp_path, change), seed=2).result
+    outcomes = {each.id: each.outcome for each in result.items}
+    assert outcomes["coke"] is ItemOutcome.PLACED and outcomes["post"] is ItemOutcome.LEFT
+    tried = [each for each in result.steps if each.target == "post"]
+    assert [each.action for each in tried if each.action != "choose_item"][-3:] == [
+        "transfer_item", "transfer_item", "skip_item"
+    ]  # fmt: skip
+    assert all(each.reason for each in tried if each.action == "transfer_item")
+    assert [each.action for each in result.steps[-4:]] == DELIVERY
+    assert result.is_delivered and not result.is_success and result.is_clean and not result.aborted
+
+
+def test_a_delivery_that_is_blocked_ends_with_the_arm_at_home(tmp_path: Path) -> None:
+    """The truck has room there, but a post stands where it would begin to drive straight backwards."""
+
+    def change(data: dict[str, Any]) -> None:
+        few(data, "coke")
+        data["delivery"] = {"position": [0.85, 1.1], "yaw": 1.5708}
+        data["boxes"] = [{"name": "post", "centre": [0.85, 2.7], "size": [0.1, 0.1]}]
+
+    path = written(tmp_path, change)
+    result = play(path, seed=3).result
+    assert [each.action for each in result.steps[-5:]] == [
+        "home_arm", "drive delivery", "drive delivery", "home_arm", "end_here"
+    ]  # fmt: skip
+    assert result.aborted.startswith("drive delivery: no plan for a drive to the goal")
+    assert [each.outcome for each in result.items] == [ItemOutcome.PLACED] and result.delivered is None
+
+
+def test_a_truck_that_stands_too_far_off_is_told_by_the_look(station: CommissionStation) -> None:
+    arm = _arm(station)
+    off = station.at_load + [0.0, -0.08, 0.0]
+    with pytest.raises(ActionError, match=r"the load stands 0 and 80 mm and 0\.0 degrees off, farther"):
+        arm.put_up(off, station.pallet_in_truck)
+    with pytest.raises(ActionError, match="the pallet stands 70 and 0 mm"):
+        arm.put_up(station.at_load, station.pallet_in_truck + [0.07, 0.0, 0.0])
+    assert arm.before is None
+
+
+def test_actions_out_of_order_fail_with_their_reasons(station: CommissionStation) -> None:
+    truck, arm = CommissionTruck(station, DriveNoise(), 0), _arm(station)
+    with pytest.raises(ActionError, match="no pallet is on the forks"):
+        truck.raise_forks()
+    with pytest.raises(ActionError, match="no pallet is raised"):
+        truck.to_load()
+    with pytest.raises(ActionError, match="no pallet is raised"):
+        truck.set_down()
+    with pytest.raises(ActionError, match="the pallet is not set down"):
+        truck.leave()
+    with pytest.raises(ActionError, match="did not stand at the load yet"):
+        arm.look()
+    assert arm.is_home
+
+
+def _arm(station: CommissionStation) -> CommissionArm:
+    return CommissionArm(station, PlanningContext(station.cell), PoseNoise(), IDEAL, 0)
+
+
+def test_what_is_too_slender_falls_as_the_truck_brakes(station: CommissionStation) -> None:
+    """A box of 45 x 140 mm tips over from 3.2 m/s^2 on; its friction with the table bears more than that."""
+    arm = _arm(station)
+    try:
+        arm.put_up(station.at_load, station.pallet_in_truck)
+        arm.ride(np.tile([1.0, 0.0], (50, 1)))
+        assert arm._there().engine.pose("box_45")[2, 2] > 0.999
+        arm.ride(np.tile([4.5, 0.0], (50, 1)))
+        assert arm._there().engine.pose("box_45")[2, 2] < 0.9
+    finally:
+        arm.close()
+
+
+def test_the_arm_at_home_is_within_the_truck(station: CommissionStation) -> None:
+    """The truck drives as a rectangle, with the arm at home."""
+    cell, truck = station.cell, station.commission.area.truck
+    tip = Arm(cell.robot).tip(cell.home.q, cell.home.tool_state)[:3, 3]
+    assert -truck.back < tip[0] - HAND and abs(tip[1]) + HAND < truck.width / 2
+    assert cell.robot.T_world_base[0, 3] + 0.15 < truck.front
+
+
+# The command -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_the_command_plays_a_commission_and_writes_its_folder(two: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    answer = apc("run-trial", two, "--seed", 5, "-o", folder, "--plans")
+    assert answer.code == 0 and "success: 2 of 2 items on the pallet" in answer.out
+    names = {path.name for path in folder.iterdir()}
+    assert {
+        "trial.json",
+        "commission.yaml",
+        "items.yaml",
+        "scene.json",
+        "motion.json.gz",
+        "plan_003.json",
+    } <= names
+    record = json.loads((folder / "trial.json").read_text())
+    assert record["success"] and record["made_from"]["seed"] == 5 and len(record["drives"]) == 4
+    assert (folder / "commission.yaml").read_bytes() == two.read_bytes()
+    plan, seen = folder / "plan_001.json", folder / "seen_001.json"
+    assert apc("verify", plan, "--scene", seen, "--items", folder / "items.yaml").code == 0
+    refused(apc("run-trial", two, "-o", folder), 3, folder, "exists already")
+
+
+def test_an_aborted_commission_has_exit_code_6(tmp_path: Path) -> None:
+    path = written(tmp_path, lambda data: data["pallet"].update(there=False))
+    answer = apc("run-trial", path, "--seed", 1, "-o", tmp_path / "run")
+    assert answer.code == 6 and "enter_pallet" in answer.out
+    assert "ended where the truck stood after enter_pallet" in answer.err
+    assert {path.name for path in (tmp_path / "run").iterdir()} == {
+        "trial.json", "commission.yaml", "items.yaml"
+    }  # fmt: skip
+
+
+def test_options_and_strategies_of_orders_are_refused(tmp_path: Path) -> None:
+    misused(
+        apc("run-trial", SHIPPED, "--stow-rule", "points", "-o", tmp_path / "a"), "--stow-rule", "commissions"
+    )
+    misused(apc("run-trial", SHIPPED, "--perception", "camera", "-o", tmp_path / "a"), "--perception camera")
+    refused(
+        apc("run-trial", SHIPPED, "--strategy", "kth", "-o", tmp_path / "a"), 3,
+        "kth: is a strategy of trials of the kind order, not of the kind commission; name another, such as apple",
+    )  # fmt: skip
+    refused(
+        apc("run-trial", "jsk_pick_sample", "--strategy", "apple", "-o", tmp_path / "a"), 3,
+        "apple: is a strategy of trials of the kind commission, not of the kind order",
+    )  # fmt: skip
+    refused(
+        apc("run-trial", SHIPPED, "--cell", "ur5e_crates", "-o", tmp_path / "a"), 3, "no table called load"
+    )
+    bad = written(tmp_path, lambda data: data["start"].update(position=[9, 9]))
+    refused(apc("run-trial", bad, "-o", tmp_path / "a"), 3, bad, "start: the truck at the start is")
+    assert not (tmp_path / "a").exists()
+
+
+def test_a_deviation_decides_whether_the_pallet_is_delivered(played: PlayedCommission) -> None:
+    result = played.result
+    assert result.delivered is not None and result.is_delivered
+    far = replace(result, delivered=replace(result.delivered, distance=0.07))
+    turned = replace(result, delivered=replace(result.delivered, turn=0.04))
+    assert not far.is_success and not turned.is_success and not replace(result, n_collisions=1).is_success
