@@ -7,7 +7,7 @@ the same world is accelerated as its frame is, with the items on the pallet.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -220,7 +220,7 @@ class CommissionArm:
         return Transfer(off, trouble, parts)
 
     def go_home(self) -> None:
-        """Move home.
+        """Move home; by way of a configuration over the pallet if there is no certified direct way.
 
         Raises:
             ActionError: There is no certified plan, or the arm did not get there.
@@ -228,18 +228,40 @@ class CommissionArm:
         if self.is_home:
             return
         self.look()
-        goal, start = MoveGoal(self._home.q, self._home.tool_state), self._at
-        seed = derived_seed("commission home", self.seed, len(self.plans))
+        try:
+            trouble = self._moved_to(self._home)
+        except ActionError as direct:
+            over = self.context.configurations_at(self.station.cell.places[PALLET])
+            if not over:
+                raise
+            self._moved_over(over, direct)
+            trouble = self._moved_to(self._home)
+        if not self.is_home:
+            raise ActionError(trouble or "the arm is not at home")
+
+    def _moved_over(self, over: Sequence[Array], direct: ActionError) -> None:
+        """Move to one of several configurations. Raises ActionError with all reasons if none is reached."""
+        reasons = [str(direct)]
+        for q in over:
+            try:
+                self._moved_to(Start(q, self._home.tool_state))
+                return
+            except ActionError as error:
+                reasons.append(str(error))
+        raise ActionError("; then ".join(reasons))
+
+    def _moved_to(self, goal: Start) -> str:
+        """Move the empty tool by a certified plan; returns what went wrong. Raises ActionError without one."""
+        start, seed = self._at, derived_seed("commission move", self.seed, self._n_looks, len(self.plans))
 
         def planned(seen: Scene, certify: Certify) -> Plan:
-            plan = certify(plan_move(self.context, seen, start, goal, seed, "home"))
+            target = MoveGoal(goal.q, goal.tool_state)
+            plan = certify(plan_move(self.context, seen, start, target, seed, "home"))
             if not isinstance(plan, Plan):
                 raise NoPlanError("home", plan)
             return plan
 
-        _, trouble = self._moved(planned)
-        if not self.is_home:
-            raise ActionError(trouble or "the arm is not at home")
+        return self._moved(planned)[1]
 
     def is_on_load(self, name: str) -> bool:
         """Tell whether an item is on the load.
