@@ -186,15 +186,37 @@ def _pallet_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> Page
     return pallet_trial_page(record, stack, station, motion)
 
 
+def _commission_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+    """Build the page of a trial of a commission. Raises StaleError if its files are not of one trial."""
+    from pickcli.page.commission_page import commission_page
+    from pickcli.trial.commission_folder import COMMISSION, read_commission_motion
+    from pickcli.trial.commission_record import read_commission_record, read_played_commission
+    from pickcli.trial.commission_station import CommissionStation
+
+    record = read_commission_record(folder / RECORD)
+    commission = read_played_commission(folder / COMMISSION, record)
+    made = record["made_from"]
+    station = CommissionStation.of(open_cell(cell_name or made["cell"], arms), commission)
+    if station.cell.scene_fingerprint != made["cell_fingerprint"]:
+        raise StaleError(
+            f"{folder / RECORD}: was played in the cell {made['cell_fingerprint']}, {station.cell.name} is "
+            f"{station.cell.scene_fingerprint}; play the trial again"
+        )
+    return commission_page(record, station, *read_commission_motion(folder, record, station))
+
+
 def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     from pickcli.cell.cell_file import load_workcell
     from pickcli.page.trial_page import trial_page
     from pickcli.scene.scene_file import scene_hash
+    from pickcli.trial.commission_record import is_commission_record
     from pickcli.trial.motion_record import read_motion, refuse_other_motion, refuse_other_record
     from pickcli.trial.pallet_record import is_pallet_record
     from pickcli.trial.trial_folder import MOTION, read_look_pictures
     from pickcli.trial.trial_record import read_record
 
+    if is_commission_record(folder / RECORD):
+        return _commission_trial(folder, cell_name, arms)
     if is_pallet_record(folder / RECORD):
         return _pallet_trial(folder, cell_name, arms)
     record = read_record(folder / RECORD)

@@ -251,7 +251,7 @@ class CommissionArm:
         raise ActionError("; then ".join(reasons))
 
     def _moved_to(self, goal: Start) -> str:
-        """Move the empty tool by a certified plan; returns what went wrong. Raises ActionError without one."""
+        """Move the empty tool by a certified plan; returns what went wrong. Raises ActionError."""
         start, seed = self._at, derived_seed("commission move", self.seed, self._n_looks, len(self.plans))
 
         def planned(seen: Scene, certify: Certify) -> Plan:

@@ -9,12 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.schemas.items_text import items_text
+from pickcli.errors import StaleError
 from pickcli.files.atomic_write import write_text
 from pickcli.motion.plan_file import write_plan
-from pickcli.scene.scene_file import write_scene
+from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import read_scene, write_scene
 from pickcli.trial.commission_station import CommissionStation
 from pickcli.trial.commission_trial import PlayedCommission
-from pickcli.trial.motion_record import motion_values, write_motion
+from pickcli.trial.motion_record import (
+    RecordedMotion,
+    motion_values,
+    read_motion,
+    refuse_other_motion,
+    write_motion,
+)
 from pickcli.trial.trial_folder import MOTION, RECORD, write_files
 from pickcli.trial.trial_record import record_digest, write_record
 
@@ -69,3 +77,33 @@ def _plans(played: PlayedCommission) -> Iterator[tuple[str, Callable[[Path], Non
     for k, each in enumerate(played.plans, start=1):
         yield f"plan_{k:03}.json", partial(write_plan, replaced(each.plan, statistics={}))
         yield f"seen_{k:03}.json", partial(write_scene, each.seen)
+
+
+def read_commission_motion(
+    folder: Path, record: Mapping[str, Any], station: CommissionStation
+) -> tuple[Scene | None, RecordedMotion | None]:
+    """Read what arm and items did in a trial.
+
+    Args:
+        folder: Folder of the trial.
+        record: Its record.
+        station: The commission in its cell.
+
+    Returns:
+        The true scene as the truck came to the load, and the motion from there on; None each if it did not.
+
+    Raises:
+        InputError: A file cannot be read, or has mistakes.
+        StaleError: They are of another trial.
+    """
+    if not (folder / SCENE).exists():
+        return None, None
+    motion = read_motion(folder / MOTION)
+    if motion.record != record_digest(record):
+        raise StaleError(
+            f"{folder / MOTION}: is the motion of another trial, or {folder / RECORD} was changed since; "
+            "play the trial again"
+        )
+    scene = read_scene(folder / SCENE, station.cell)
+    refuse_other_motion(motion, scene, (station.cell,), str(folder / MOTION))
+    return scene, motion

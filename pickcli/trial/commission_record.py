@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import TRIAL
 from pickcli.files.json_reader import parse_json
 from pickcli.geometry import Array
+from pickcli.trial.commission import Commission
+from pickcli.trial.commission_file import read_commission
 from pickcli.trial.commission_station import CommissionStation
 from pickcli.trial.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.trial.trial_record import MAX_BYTES, package_versions
@@ -20,7 +23,9 @@ from pickcli.trial.trial_record import MAX_BYTES, package_versions
 FORMAT = "apc-commission-trial"
 VERSION = 1
 DRIVE_STEP = 10  # periods between poses of a drive that are kept
-KEYS = frozenset(("success", "steps", "items", "drives", "duration_s", "collisions", "arm_from_s"))
+KEYS = frozenset(
+    ("success", "steps", "items", "drives", "duration_s", "collisions", "arm_from_s", "pallet_on_forks")
+)
 
 
 def commission_record(
@@ -42,6 +47,7 @@ def commission_record(
     return {
         **played.result.record(),
         "arm_from_s": played.arm_from,
+        "pallet_on_forks": None if played.on_forks is None else played.on_forks.tolist(),
         "drives": [
             {
                 "name": each.drive.name,
@@ -105,6 +111,26 @@ def read_commission_record(path: Path) -> dict[str, Any]:
     if lacking := KEYS - record.keys():
         raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
     return record
+
+
+def read_played_commission(path: Path, record: dict[str, Any]) -> Commission:
+    """Read the commission that a trial played.
+
+    Args:
+        path: File of the commission.
+        record: Record of the trial.
+
+    Returns:
+        The commission.
+
+    Raises:
+        InputError: The file cannot be read, or has mistakes.
+        StaleError: It is another file than the one of the record.
+    """
+    commission = read_commission(path)
+    if hashlib.sha256(path.read_bytes()).hexdigest() != record["made_from"].get("commission_sha256"):
+        raise StaleError(f"{path}: is not the commission that the record was made from; play the trial again")
+    return commission
 
 
 def _thinned(poses: Array) -> Array:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pickcli.driving.simulated_drives import DriveNoise
+from pickcli.geometry import Array
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import PoseNoise, Scene
@@ -85,6 +86,8 @@ class PlayedCommission:
         arm_from: s of the trial at which that clock begins.
         plans: Plans of the arm that were executed, in order.
         before: The true scene around the truck as it came to the load; None if it did not.
+        on_forks: (3,) m, m, rad: where the pallet truly was in the frame of the truck; None if it was not
+            entered.
     """
 
     result: CommissionResult
@@ -93,6 +96,7 @@ class PlayedCommission:
     arm_from: float
     plans: tuple[SeenPlan, ...]
     before: Scene | None
+    on_forks: Array | None
 
 
 def play_commission(
@@ -314,8 +318,10 @@ class _CommissionTrial:
             self.now,
             sum(each.t_end - each.t_start for each in self.steps if each.action in handling),
         )  # fmt: skip
-        plans = tuple(arm.plans)
-        return PlayedCommission(result, tuple(self.drives), arm.recorder, self.arm_from, plans, arm.before)
+        return PlayedCommission(
+            result, tuple(self.drives), arm.recorder, self.arm_from, tuple(arm.plans), arm.before,
+            truck.on_forks,
+        )  # fmt: skip
 
     def _item(self, name: str) -> CommissionedItem:
         tried = self.tried[name]

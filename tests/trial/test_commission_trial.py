@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from pickcli.driving.simulated_drives import DriveNoise
+from pickcli.files.packed_array import unpacked
 from pickcli.kinematics.arm import Arm
+from pickcli.page.commission_page import commission_page
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PoseNoise
 from pickcli.simulation.reality import IDEAL
@@ -19,13 +21,14 @@ from pickcli.trial.commission import LOAD, PALLET
 from pickcli.trial.commission_arm import CommissionArm
 from pickcli.trial.commission_record import commission_record
 from pickcli.trial.commission_result import ActionError, ItemOutcome
-from pickcli.trial.commission_station import CommissionStation, planar
+from pickcli.trial.commission_station import CommissionStation
 from pickcli.trial.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.trial.commission_truck import CommissionTruck, with_thing_at
+from pickcli.trial.motion_record import motion_values, parse_motion
 from support.command_line import apc, misused, refused
 from support.commissions import SHIPPED, few, play, station_of, written
 
-FLIGHT = ["enter_pallet", "lift_pallet", "drive load", "look_at_load"]
+APPROACH = ["enter_pallet", "lift_pallet", "drive load", "look_at_load"]
 HAND = 0.09  # m around the tip of the hand that it is within, seen from above
 DELIVERY = ["home_arm", "drive delivery", "set_down_pallet", "drive end"]
 
@@ -49,7 +52,7 @@ def test_the_whole_chain_is_played_in_its_order_and_succeeds(played: PlayedCommi
     result = played.result
     assert result.is_success and result.is_clean and not result.aborted and result.n_stops == 0
     assert [each.action for each in result.steps] == [
-        *FLIGHT, *["choose_item", "transfer_item"] * 2, *DELIVERY
+        *APPROACH, *["choose_item", "transfer_item"] * 2, *DELIVERY
     ]  # fmt: skip
     assert all(each.is_success and not each.reason for each in result.steps)
     for before, after in zip(result.steps, result.steps[1:], strict=False):
@@ -110,6 +113,41 @@ def test_a_seed_repeats_all_and_another_does_not(two: Path, station: CommissionS
 
     first = text(5)
     assert first == text(5) and first != text(6)
+
+
+def test_the_page_shows_the_whole_trial_from_the_truck(
+    played: PlayedCommission, station: CommissionStation
+) -> None:
+    """Load and items pass the truck without a jump, and items stay on the pallet that is left behind."""
+    record = commission_record(CommissionRequest(seed=5), station, played, "two.json", "0")
+    motion = parse_motion(motion_values(played.recorder, [station.cell]))
+    page = commission_page(record, station, played.before, motion)
+    assert page.motion is not None and page.motion.duration == played.result.duration
+    tracks = {each.item: (unpacked(each.times), unpacked(each.poses)) for each in page.motion.tracks}
+    assert {"load stand", "pallet deck", "wall -x", "coke", "box_45"} <= tracks.keys()
+    for times, poses in tracks.values():
+        assert (np.diff(times) >= 0.0).all()
+        speed = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1) / np.maximum(np.diff(times), 0.02)
+        assert speed.max() < 3.0
+    at_load = played.arm_from
+    assert played.before is not None
+    wanted = played.before.pose_of(station.cell.carriers[LOAD]).T_world_carrier[:2, 3]
+    np.testing.assert_allclose(_at(tracks["load stand"], at_load)[:2], wanted, atol=2e-3)
+    for name in ("coke", "box_45"):
+        before, end = (
+            _at(tracks[name], t)[:2] - _at(tracks["pallet deck"], t)[:2] for t in (at_load - 1.0, 1e3)
+        )
+        assert np.linalg.norm(before) > 0.5 and np.abs(end).max() < 0.6
+    assert {lane.name for lane in page.lanes} == {"steps", "segments"}
+    assert [each.name for each in page.chapters if each.outcome == "done"][:2] == [
+        "enter_pallet",
+        "lift_pallet",
+    ]
+
+
+def _at(track: tuple[Any, Any], t: float) -> Any:
+    times, poses = track
+    return np.array([np.interp(t, times, column) for column in poses.T])
 
 
 # What fails ------------------------------------------------------------------------------------------
@@ -235,6 +273,9 @@ def test_the_command_plays_a_commission_and_writes_its_folder(two: Path, tmp_pat
     plan, seen = folder / "plan_001.json", folder / "seen_001.json"
     assert apc("verify", plan, "--scene", seen, "--items", folder / "items.yaml").code == 0
     refused(apc("run-trial", two, "-o", folder), 3, folder, "exists already")
+    assert apc("show", folder, "-o", tmp_path / "run.html").code == 0
+    (folder / "commission.yaml").write_text(json.dumps({**json.loads(two.read_text()), "apart": 0.05}))
+    refused(apc("show", folder, "-o", tmp_path / "other.html"), 4, "is not the commission that the record")
 
 
 def test_an_aborted_commission_has_exit_code_6(tmp_path: Path) -> None:
@@ -245,6 +286,7 @@ def test_an_aborted_commission_has_exit_code_6(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "run").iterdir()} == {
         "trial.json", "commission.yaml", "items.yaml"
     }  # fmt: skip
+    assert apc("show", tmp_path / "run", "-o", tmp_path / "run.html").code == 0
 
 
 def test_options_and_strategies_of_orders_are_refused(tmp_path: Path) -> None:
