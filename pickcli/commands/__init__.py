@@ -23,5 +23,6 @@ Read in this order:
   `camera_pictures` for what they take or took.
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
   inspect`, `checked_texts` for `apc check`, `perceived_lines`, `execution_report` and `trial_table`;
-  `played_stream` plays and reports a trial of a stream, `played_pallet` one of a pallet.
+  `played_stream` plays and reports a trial of a stream, `played_pallet` one of a pallet,
+  `played_commission` one of a commission.
 """

@@ -34,6 +34,7 @@ from pickcli.trial.commission_result import ActionError
 from pickcli.trial.commission_station import CommissionStation, planar
 from pickcli.trial.pallet_result import SetDownDeviation
 from pickcli.trial.pose_noise import perceive
+from pickcli.trial.scene_plan import ScenePlan
 from pickcli.trial.standing_items import standing
 from pickcli.verification.verify import verify
 
@@ -44,20 +45,7 @@ AT_HOME = 0.01  # rad, within which the arm counts as at home
 
 
 @dataclass(frozen=True, eq=False)
-class SeenPlan:
-    """A plan that was executed.
-
-    Attributes:
-        plan: The certified plan.
-        seen: The scene that it was certified for.
-    """
-
-    plan: Plan
-    seen: Scene
-
-
-@dataclass(frozen=True, eq=False)
-class Transfer:
+class CommissionTransfer:
     """What came of one motion that was to put an item on the pallet.
 
     Attributes:
@@ -115,7 +103,7 @@ class CommissionArm:
         self._n_looks = 0
         self.before: Scene | None = None
         self.recorder = MotionRecorder()
-        self.plans: list[SeenPlan] = []
+        self.plans: list[ScenePlan] = []
         self.n_collisions = self.n_limit_violations = self.n_stops = 0
 
     @property
@@ -191,7 +179,7 @@ class CommissionArm:
         heights = {each.id: float(each.item.shape.extents[2]) / 2 for each in looked.items}
         self._seen = standing(self.station.seen(looked, self.seed, self._n_looks), heights)
 
-    def transfer(self, name: str) -> Transfer:
+    def transfer(self, name: str) -> CommissionTransfer:
         """Take an item from the load to its place on the pallet.
 
         Args:
@@ -217,7 +205,7 @@ class CommissionArm:
         world.wait(SETTLING)
         off = self.item_off(name) if self._has(name) else None
         parts = tuple((str(each.kind), each.t_end - each.t_start) for each in plan.segments)
-        return Transfer(off, trouble, parts)
+        return CommissionTransfer(off, trouble, parts)
 
     def go_home(self) -> None:
         """Move home; by way of a configuration over the pallet if there is no certified direct way.
@@ -310,7 +298,7 @@ class CommissionArm:
             plan = planned(seen, Certifier(verify).within(seen))
         except NoPlanError as error:
             raise ActionError(str(error)) from None
-        self.plans.append(SeenPlan(plan, seen))
+        self.plans.append(ScenePlan(plan, seen))
         return plan, self._executed(plan, world)
 
     def _executed(self, plan: Plan, world: World) -> str:

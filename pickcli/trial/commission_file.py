@@ -44,7 +44,7 @@ SENSOR = "carmine"  # the camera of the truck
 Side = Annotated[float, Field(ge=0.01, le=0.5)]  # m
 
 
-class ProductModel(FileModel):
+class CommissionProductModel(FileModel):
     """What items are: a box or a cylinder, which stands on the load."""
 
     box: Annotated[tuple[Side, ...], Len(3, 3)] | None = Field(None, description="m, extents")
@@ -92,7 +92,7 @@ class DeckModel(FileModel):
     high: Point = Field(description="m, upper corner")
 
 
-class PoseModel(FileModel):
+class FloorPoseModel(FileModel):
     """A pose on the floor."""
 
     position: Point = Field(description="m")
@@ -118,8 +118,8 @@ class CommissionModel(FileModel):
     )
     start: TruckPoseModel = Field(description="pose of the truck at the start")
     pallet: StatedPalletModel = Field(description="the empty pallet, roughly")
-    load: PoseModel = Field(description="where the load stands")
-    products: Annotated[dict[ItemName, ProductModel], Field(min_length=1)] = Field(
+    load: FloorPoseModel = Field(description="where the load stands")
+    products: Annotated[dict[ItemName, CommissionProductModel], Field(min_length=1)] = Field(
         description="what items are, by name"
     )
     items: Annotated[tuple[LoadItemModel, ...], Len(1, MOST_ITEMS)] = Field(description="items on the load")
@@ -127,7 +127,7 @@ class CommissionModel(FileModel):
     apart: Annotated[float, Field(ge=0, le=0.3)] = Field(
         0.06, description="m between items on the pallet, for the fingers"
     )
-    delivery: PoseModel = Field(description="pose of the pallet where it is set down")
+    delivery: FloorPoseModel = Field(description="pose of the pallet where it is set down")
     end: TruckPoseModel = Field(description="pose of the truck at the end")
 
 

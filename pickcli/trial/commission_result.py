@@ -76,7 +76,7 @@ class CommissionedItem:
 
 
 @dataclass(frozen=True)
-class PlanarDeviation:
+class FloorDeviation:
     """How far something on the floor is from where it should be.
 
     Attributes:
@@ -107,8 +107,8 @@ class CommissionResult:
 
     steps: tuple[CommissionStep, ...]
     items: tuple[CommissionedItem, ...]
-    delivered: PlanarDeviation | None
-    truck: PlanarDeviation
+    delivered: FloorDeviation | None
+    truck: FloorDeviation
     n_collisions: int
     n_limit_violations: int
     n_stops: int

@@ -20,19 +20,20 @@ from pickcli.strategy.node_types import TrialKind, TruckGoal
 from pickcli.strategy.strategy_file import load_strategy
 from pickcli.strategy.strategy_tree import Argument, Strategy
 from pickcli.strategy.tree_player import TreePlayer
-from pickcli.trial.commission_arm import CommissionArm, SeenPlan
+from pickcli.trial.commission_arm import CommissionArm
 from pickcli.trial.commission_result import (
     ActionError,
     CommissionedItem,
     CommissionResult,
     CommissionStep,
+    FloorDeviation,
     ItemOutcome,
-    PlanarDeviation,
 )
 from pickcli.trial.commission_station import CommissionStation
 from pickcli.trial.commission_truck import CommissionTruck, TruckDrive, deviation
 from pickcli.trial.pallet_result import SetDownDeviation
 from pickcli.trial.pose_noise import DEFAULT_NOISE
+from pickcli.trial.scene_plan import ScenePlan
 
 STRATEGY = "apple"
 NOISE = PoseNoise(position=0.002, angle=DEFAULT_NOISE.angle / 2)  # of items as the arm sees them
@@ -94,7 +95,7 @@ class PlayedCommission:
     drives: tuple[TimedDrive, ...]
     recorder: MotionRecorder
     arm_from: float
-    plans: tuple[SeenPlan, ...]
+    plans: tuple[ScenePlan, ...]
     before: Scene | None
     on_forks: Array | None
 
@@ -153,7 +154,7 @@ class _CommissionTrial:
         self.chosen = self.aborted = ""
         self.at_load = False
         self.arm_from = 0.0  # s of the trial at which the world of the arm was put up, or now before
-        self.delivered: PlanarDeviation | None = None
+        self.delivered: FloorDeviation | None = None
         self.steps: list[CommissionStep] = []
         self.drives: list[TimedDrive] = []
 

@@ -24,7 +24,7 @@ from pickcli.driving.tricycle import Tricycle
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array
 from pickcli.seeds import derived_rng, derived_seed
-from pickcli.trial.commission_result import ActionError, PlanarDeviation
+from pickcli.trial.commission_result import ActionError, FloorDeviation
 from pickcli.trial.commission_station import CommissionStation, with_thing_at
 
 NEAR = 0.02, float(np.deg2rad(0.7))  # m and rad of its goal, where a truck believes to have arrived
@@ -176,7 +176,7 @@ class CommissionTruck:
             raise ActionError("no pallet is on the forks")
         self.is_raised = True
 
-    def set_down(self) -> PlanarDeviation:
+    def set_down(self) -> FloorDeviation:
         """Lower the forks with the pallet.
 
         Returns:
@@ -234,7 +234,7 @@ class CommissionTruck:
         return drive
 
 
-def deviation(at: Array, wanted: Array) -> PlanarDeviation:
+def deviation(at: Array, wanted: Array) -> FloorDeviation:
     """Return how far something is from where it should be.
 
     Args:
@@ -245,7 +245,7 @@ def deviation(at: Array, wanted: Array) -> PlanarDeviation:
         The deviation.
     """
     off = seen_from(wanted, at)
-    return PlanarDeviation(float(np.hypot(*off[:2])), abs(float(wrapped(off[2:])[0])))
+    return FloorDeviation(float(np.hypot(*off[:2])), abs(float(wrapped(off[2:])[0])))
 
 
 def is_near(at: Array, wanted: Array) -> bool:

@@ -33,6 +33,7 @@ from pickcli.trial.certifier import Certifier
 from pickcli.trial.pallet_result import CartonOutcome, CartonResult, PalletTrialResult, SetDownDeviation
 from pickcli.trial.pallet_station import INFEED, PALLET, PalletStation
 from pickcli.trial.pose_noise import perceive
+from pickcli.trial.scene_plan import ScenePlan
 from pickcli.trial.standing_items import standing
 from pickcli.verification.verify import verify
 
@@ -60,19 +61,6 @@ class PalletTrialRequest:
     noise: PoseNoise = NOISE
     reality: Reality = DEFAULT
     seed: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class ScenePlan:
-    """A plan that was executed.
-
-    Attributes:
-        plan: The certified plan.
-        seen: The scene that it was certified for.
-    """
-
-    plan: Plan
-    seen: Scene
 
 
 @dataclass(eq=False)
