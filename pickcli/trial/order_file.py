@@ -20,7 +20,7 @@ from pickcli.cell.data_path import data_path
 from pickcli.cell.item import item_suggestion
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.bounded_reading import read_kind
-from pickcli.files.file_kind import ORDER, STREAM
+from pickcli.files.file_kind import COMMISSION, ORDER, STREAM
 from pickcli.files.schema import FEW_MISSING, FileModel, validate
 from pickcli.files.source import Key, Source
 from pickcli.files.yaml_reader import read_yaml
@@ -31,6 +31,7 @@ BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
 MAX_CONTENTS = 100  # items in one bin or in the tote
 MAX_TARGETS = 500
 NEWEST = 2016  # year of the items' figures in orders of moves
+OTHERS = (STREAM, COMMISSION)  # kinds of files under data/tasks that are no orders
 
 
 def read_order(path: Path, cell: Cell) -> Order:
@@ -67,7 +68,7 @@ def order_names(cell: Cell | None = None) -> list[str]:
     Returns:
         Their names, sorted.
     """
-    tasks = (path for path in data_path().glob("tasks/*.json") if read_kind(path) is not STREAM)
+    tasks = (path for path in data_path().glob("tasks/*.json") if read_kind(path) not in OTHERS)
     return sorted({path.stem for path in (*tasks, *_own_orders(cell))})
 
 

@@ -12,6 +12,7 @@ from pickcli.cell.data_path import data_path
 from pickcli.commands import main as cli
 from pickcli.files.file_kind import (
     CELL,
+    COMMISSION,
     DETECTED,
     DRIVE,
     DRIVING_AREA,
@@ -139,7 +140,7 @@ ALSO_READ = {  # besides what the table names
     ("show", "path", TRIAL), ("inspect", "path", PERCEIVED), ("inspect", "path", STREAM),
     ("show", "path", STACKED), ("inspect", "path", STACKED), ("inspect", "path", PALLET),
     ("run-trial", "order_path", STREAM), ("run-trial", "order_path", PALLET),
-    ("run-trial", "order_path", STACKED), ("locate-pod", "recorded", RECORDING),
+    ("run-trial", "order_path", STACKED), ("run-trial", "order_path", COMMISSION), ("locate-pod", "recorded", RECORDING),
     ("verify", "plan_path", STACKED), ("verify", "plan_path", DRIVE),
 }  # fmt: skip
 UNREAD = ("check", "cell_name")  # but where a file is damaged
@@ -192,6 +193,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
         STACK: data_path() / "stacks" / "grasp.yaml", HAND: data_path() / "hands" / "apple.yaml",
         SENSOR: data_path() / "sensors" / "carmine.yaml",
         WATCH: data_path() / "watches" / "citi_truck.yaml",
+        COMMISSION: data_path() / "tasks" / "apple_commission.json",
     }  # fmt: skip
 
 

@@ -344,3 +344,8 @@ def test_bin_contents_alone_are_no_order() -> None:
 
 def test_a_value_of_any_length_is_told_short() -> None:
     assert len(refusal(pick_data() | {"tote_contents": "x" * 100_000})) < 200
+
+
+def test_what_is_no_order_has_no_name_of_one() -> None:
+    names = order_names()
+    assert "kth_2015_example" in names and not {"pr2_belt_static", "apple_commission"} & {*names}
