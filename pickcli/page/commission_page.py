@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.driving.steering_path import posed as placed_in
@@ -163,8 +164,8 @@ def _solids(station: CommissionStation) -> Iterator[tuple[PageItem, Array]]:
     for box in area.boxes:
         yield _solid(f"box {box.name}", (*box.size, box.height), _BOX), np.array([*box.centre, box.yaw])
     shape = station.commission.pallet.shape
-    size = (shape.length, shape.width, shape.height)
-    yield _solid("pallet deck", size, _WOOD), station.commission.pallet.pose
+    deck = (shape.length, shape.width, shape.height)
+    yield _solid("pallet deck", deck, _WOOD), station.commission.pallet.pose
 
 
 def _solid(name: str, size: tuple[float, float, float], colour: str) -> PageItem:
@@ -216,7 +217,7 @@ def _items(
         yield _track(placed.id, np.concatenate(times), np.vstack(rows))
 
 
-def _standing(drives: _Drives, when: Array, since: float, T_truck_item: Array) -> Array:
+def _standing(drives: _Drives, when: NDArray[np.bool_], since: float, T_truck_item: Array) -> Array:
     """(K, 7) of what stands in the area, seen from the truck, where it was in its frame at a time."""
     T_area_item = floor_pose(drives.at(since)) @ T_truck_item
     return _rows([inverse(floor_pose(truck)) @ T_area_item for truck in drives.truck[when]])
