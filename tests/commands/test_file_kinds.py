@@ -140,7 +140,8 @@ ALSO_READ = {  # besides what the table names
     ("show", "path", TRIAL), ("inspect", "path", PERCEIVED), ("inspect", "path", STREAM),
     ("show", "path", STACKED), ("inspect", "path", STACKED), ("inspect", "path", PALLET),
     ("run-trial", "order_path", STREAM), ("run-trial", "order_path", PALLET),
-    ("run-trial", "order_path", STACKED), ("run-trial", "order_path", COMMISSION), ("locate-pod", "recorded", RECORDING),
+    ("run-trial", "order_path", STACKED), ("run-trial", "order_path", COMMISSION),
+    ("locate-pod", "recorded", RECORDING),
     ("verify", "plan_path", STACKED), ("verify", "plan_path", DRIVE),
 }  # fmt: skip
 UNREAD = ("check", "cell_name")  # but where a file is damaged

@@ -21,7 +21,7 @@ from pickcli.trial.commission import LOAD, PALLET
 from pickcli.trial.commission_arm import CommissionArm
 from pickcli.trial.commission_record import commission_record
 from pickcli.trial.commission_result import ActionError, ItemOutcome
-from pickcli.trial.commission_station import CommissionStation
+from pickcli.trial.commission_station import CommissionStation, with_thing_at
 from pickcli.trial.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.trial.commission_truck import CommissionTruck
 from pickcli.trial.motion_record import motion_values, parse_motion
