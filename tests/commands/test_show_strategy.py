@@ -14,8 +14,10 @@ from support.command_line import apc, refused
 def test_without_a_name_the_strategies_are_listed() -> None:
     answer = apc("show-strategy")
     assert answer.code == 0
-    assert [line.split()[0] for line in answer.out.splitlines()[1:]] == ["delft", "kth", "points"]
-    assert set(json.loads(apc("show-strategy", "--json").out)["strategies"]) == {"delft", "kth", "points"}
+    assert [line.split()[0] for line in answer.out.splitlines()[1:]] == ["delft", "kth", "points", "apple"]
+    assert set(json.loads(apc("show-strategy", "--json").out)["strategies"]) == {
+        "delft", "kth", "points", "apple"
+    }  # fmt: skip
 
 
 def test_a_strategy_is_printed_as_a_tree_or_counted() -> None:
