@@ -22,7 +22,19 @@ if TYPE_CHECKING:
     from pickcli.trial.commission_result import CommissionResult
 
 CELL = "apple_booth"  # unless --cell names another
-OF_ORDERS = ("stow_rule", "pod_shift", "arm", "live", "live_port", "learn", "sift", "drop_from", "items_path")
+OF_ORDERS = (
+    "stow_rule",
+    "pod_shift",
+    "tote_shift",
+    "locate_tote",
+    "arm",
+    "live",
+    "live_port",
+    "learn",
+    "sift",
+    "drop_from",
+    "items_path",
+)
 
 
 def is_commission(path: Path) -> bool:
