@@ -17,11 +17,11 @@ import numpy as np
 
 from pickcli.cell.cell_file import load_workcell
 from pickcli.cell.data_path import data_path
+from pickcli.commission.commission_file import read_commission
+from pickcli.commission.commission_result import CommissionResult
+from pickcli.commission.commission_station import CommissionStation
+from pickcli.commission.commission_trial import CommissionRequest, play_commission
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.trial.commission_file import read_commission
-from pickcli.trial.commission_result import CommissionResult
-from pickcli.trial.commission_station import CommissionStation
-from pickcli.trial.commission_trial import CommissionRequest, play_commission
 
 CELL = "apple_booth"
 

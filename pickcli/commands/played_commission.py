@@ -17,9 +17,9 @@ from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_optio
 from pickcli.errors import InputError, TrialAbortedError
 
 if TYPE_CHECKING:
+    from pickcli.commission.commission_result import CommissionResult
     from pickcli.scene.scene import PoseNoise
     from pickcli.strategy.strategy_tree import Strategy
-    from pickcli.trial.commission_result import CommissionResult
 
 CELL = "apple_booth"  # unless --cell names another
 OF_ORDERS = (
@@ -86,12 +86,12 @@ def play_commission_file(
         TrialAbortedError: Something collided, a limit was broken, or the commission was ended early.
     """
     from pickcli.cell.cell_file import load_workcell
+    from pickcli.commission.commission_file import read_commission
+    from pickcli.commission.commission_folder import NAMES, write_commission_folder
+    from pickcli.commission.commission_record import commission_record
+    from pickcli.commission.commission_station import CommissionStation
+    from pickcli.commission.commission_trial import CommissionRequest, play_commission
     from pickcli.simulation.reality import read_reality
-    from pickcli.trial.commission_file import read_commission
-    from pickcli.trial.commission_folder import NAMES, write_commission_folder
-    from pickcli.trial.commission_record import commission_record
-    from pickcli.trial.commission_station import CommissionStation
-    from pickcli.trial.commission_trial import CommissionRequest, play_commission
     from pickcli.trial.trial_folder import refuse_existing_folder
 
     path = _file(path)
@@ -124,9 +124,9 @@ def play_commission_file(
 
 
 def _strategy(options: TrialOptions) -> Strategy:
+    from pickcli.commission.commission_trial import STRATEGY
     from pickcli.strategy.node_types import TrialKind
     from pickcli.strategy.strategy_file import load_strategy
-    from pickcli.trial.commission_trial import STRATEGY
 
     name = options.strategy_name if is_stated("strategy_name") else STRATEGY
     return load_strategy(name, TrialKind.COMMISSION)
@@ -134,8 +134,8 @@ def _strategy(options: TrialOptions) -> Strategy:
 
 def _noise(options: TrialOptions) -> PoseNoise:
     """Return the bounds of errors of perceived poses. Raises UsageError if cameras are to see."""
+    from pickcli.commission.commission_trial import NOISE
     from pickcli.scene.scene import PoseNoise
-    from pickcli.trial.commission_trial import NOISE
 
     if options.perception == "camera":
         raise click.UsageError("--perception camera: commissions are not seen by cameras; leave it out")

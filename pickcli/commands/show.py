@@ -188,10 +188,10 @@ def _pallet_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> Page
 
 def _commission_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     """Build the page of a trial of a commission. Raises StaleError if its files are not of one trial."""
+    from pickcli.commission.commission_folder import COMMISSION, read_commission_motion
+    from pickcli.commission.commission_record import read_commission_record, read_played_commission
+    from pickcli.commission.commission_station import CommissionStation
     from pickcli.page.commission_page import commission_page
-    from pickcli.trial.commission_folder import COMMISSION, read_commission_motion
-    from pickcli.trial.commission_record import read_commission_record, read_played_commission
-    from pickcli.trial.commission_station import CommissionStation
 
     record = read_commission_record(folder / RECORD)
     commission = read_played_commission(folder / COMMISSION, record)
@@ -207,9 +207,9 @@ def _commission_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> 
 
 def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     from pickcli.cell.cell_file import load_workcell
+    from pickcli.commission.commission_record import is_commission_record
     from pickcli.page.trial_page import trial_page
     from pickcli.scene.scene_file import scene_hash
-    from pickcli.trial.commission_record import is_commission_record
     from pickcli.trial.motion_record import read_motion, refuse_other_motion, refuse_other_record
     from pickcli.trial.pallet_record import is_pallet_record
     from pickcli.trial.trial_folder import MOTION, read_look_pictures

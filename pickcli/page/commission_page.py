@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.commission.commission import LOAD, PALLET
+from pickcli.commission.commission_station import CommissionStation
 from pickcli.driving.steering_path import posed as placed_in
 from pickcli.driving.truck_camera import floor_pose
 from pickcli.files.packed_array import packed
@@ -25,8 +27,6 @@ from pickcli.page.scene_page import standing_page
 from pickcli.page.shape_parts import drawn_shape
 from pickcli.page.trial_clearance import trial_clearance
 from pickcli.scene.scene import Scene
-from pickcli.trial.commission import LOAD, PALLET
-from pickcli.trial.commission_station import CommissionStation
 from pickcli.trial.motion_record import RecordedMotion
 
 WALL_HEIGHT, WALL = 0.3, 0.05  # m of walls as they are drawn: one looks over them

@@ -25,12 +25,8 @@ Read in this order:
   `belt_perception` knows the items by a `belt_camera`.
 - Cartons stacked on a pallet: in a `pallet_station`, the cell and what it can take, `pallet_trial` plays a
   planned stack, with a `pallet_result`; `pallet_record` is what its file says, beside others in a
-  `pallet_folder`.
-- Commissions, for which a truck takes a pallet that its arm fills: a `commission`, read by `commission_file`,
-  in a cell is a `commission_station`. `commission_trial` lets a tree play it with the `commission_truck` and
-  the `commission_arm`; a `commission_result` says what came of it, and a `commission_record` what its file
-  says, beside others in a `commission_folder`. `standing_items` is what is known of items that stand, a
-  `scene_plan` a plan that was executed, there and on pallets.
+  `pallet_folder`. There and in commissions, `standing_items` is what is known of items that stand, and a
+  `scene_plan` a plan that was executed.
 - Many trials: a `played_trial` is everything that a folder stores; a `trial_job` plays one for an order and a
   seed; `trials_folder` stores them with their `trial_statistics`, with a `success_rate` each for items and
   places. A `trial_comparison` compares two such runs by `sign_flips`.

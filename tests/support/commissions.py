@@ -10,10 +10,10 @@ from typing import Any
 
 from pickcli.cell.cell_file import load_workcell
 from pickcli.cell.data_path import data_path
+from pickcli.commission.commission_file import read_commission
+from pickcli.commission.commission_station import CommissionStation
+from pickcli.commission.commission_trial import CommissionRequest, PlayedCommission, play_commission
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.trial.commission_file import read_commission
-from pickcli.trial.commission_station import CommissionStation
-from pickcli.trial.commission_trial import CommissionRequest, PlayedCommission, play_commission
 
 SHIPPED = data_path() / "tasks" / "apple_commission.json"
 Change = Callable[[dict[str, Any]], None]

@@ -18,6 +18,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.schemas.items_file import HEAVIEST, ItemName
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.commission.commission import Commission, LoadItem
 from pickcli.driving.driving_area import DrivingArea
 from pickcli.driving.driving_area_file import (
     MOST_BOXES,
@@ -36,7 +37,6 @@ from pickcli.files.schema import Angle, FileModel, validate
 from pickcli.files.source import Source
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.geometry import Array
-from pickcli.trial.commission import Commission, LoadItem
 
 YEAR = 2100  # in the files of items: of no challenge, so that no other item has it
 MOST_ITEMS = 40

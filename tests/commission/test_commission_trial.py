@@ -10,6 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pickcli.commission.commission import LOAD, PALLET
+from pickcli.commission.commission_arm import CommissionArm
+from pickcli.commission.commission_record import commission_record
+from pickcli.commission.commission_result import ActionError, CommissionedOutcome
+from pickcli.commission.commission_station import CommissionStation, with_thing_at
+from pickcli.commission.commission_trial import CommissionRequest, PlayedCommission
+from pickcli.commission.commission_truck import CommissionTruck
 from pickcli.driving.simulated_drives import DriveNoise
 from pickcli.files.packed_array import unpacked
 from pickcli.kinematics.arm import Arm
@@ -17,13 +24,6 @@ from pickcli.page.commission_page import commission_page
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PoseNoise
 from pickcli.simulation.reality import IDEAL
-from pickcli.trial.commission import LOAD, PALLET
-from pickcli.trial.commission_arm import CommissionArm
-from pickcli.trial.commission_record import commission_record
-from pickcli.trial.commission_result import ActionError, ItemOutcome
-from pickcli.trial.commission_station import CommissionStation, with_thing_at
-from pickcli.trial.commission_trial import CommissionRequest, PlayedCommission
-from pickcli.trial.commission_truck import CommissionTruck
 from pickcli.trial.motion_record import motion_values, parse_motion
 from support.command_line import apc, misused, refused
 from support.commissions import SHIPPED, few, play, station_of, written
@@ -63,7 +63,7 @@ def test_the_whole_chain_is_played_in_its_order_and_succeeds(played: PlayedCommi
 
 def test_items_stand_in_their_places_after_the_last_drive(played: PlayedCommission) -> None:
     for each in played.result.items:
-        assert each.outcome is ItemOutcome.PLACED and each.attempts == 1
+        assert each.outcome is CommissionedOutcome.PLACED and each.attempts == 1
         assert each.at_end is not None and each.at_end.aside < 0.01 and abs(each.at_end.height) < 0.002
 
 
@@ -156,7 +156,7 @@ def test_without_a_pallet_the_truck_tries_twice_and_ends_where_it_stands(tmp_pat
     assert [each.action for each in result.steps] == ["enter_pallet"] * 2 + ["home_arm", "end_here"]
     assert not result.is_success and result.is_clean
     assert result.aborted.startswith("enter_pallet: the pallet was not seen")
-    assert {each.outcome for each in result.items} == {ItemOutcome.LEFT} and result.delivered is None
+    assert {each.outcome for each in result.items} == {CommissionedOutcome.LEFT} and result.delivered is None
 
 
 def test_an_item_without_room_for_the_fingers_is_skipped_and_the_rest_delivered(tmp_path: Path) -> None:
@@ -171,7 +171,7 @@ def test_an_item_without_room_for_the_fingers_is_skipped_and_the_rest_delivered(
 
     result = play(written(tmp_path, change), seed=2).result
     outcomes = {each.id: each.outcome for each in result.items}
-    assert outcomes["coke"] is ItemOutcome.PLACED and outcomes["post"] is ItemOutcome.LEFT
+    assert outcomes["coke"] is CommissionedOutcome.PLACED and outcomes["post"] is CommissionedOutcome.LEFT
     tried = [each for each in result.steps if each.target == "post"]
     assert [each.action for each in tried if each.action != "choose_item"][-3:] == [
         "transfer_item", "transfer_item", "skip_item"
@@ -195,7 +195,9 @@ def test_a_delivery_that_is_blocked_ends_with_the_arm_at_home(tmp_path: Path) ->
         "home_arm", "drive delivery", "drive delivery", "home_arm", "end_here"
     ]  # fmt: skip
     assert result.aborted.startswith("drive delivery: no plan for a drive to the goal")
-    assert [each.outcome for each in result.items] == [ItemOutcome.PLACED] and result.delivered is None
+    assert [each.outcome for each in result.items] == [
+        CommissionedOutcome.PLACED
+    ] and result.delivered is None
 
 
 def test_a_truck_that_stands_too_far_off_is_told_by_the_look(station: CommissionStation) -> None:

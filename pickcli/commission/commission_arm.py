@@ -13,6 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from pickcli.commission.commission import LOAD, PALLET
+from pickcli.commission.commission_result import ActionError
+from pickcli.commission.commission_station import CommissionStation, planar
 from pickcli.driving.drive_tracking import PERIOD
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array, inverse
@@ -29,9 +32,6 @@ from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import Reality
 from pickcli.simulation.world import World
 from pickcli.trial.certifier import Certifier
-from pickcli.trial.commission import LOAD, PALLET
-from pickcli.trial.commission_result import ActionError
-from pickcli.trial.commission_station import CommissionStation, planar
 from pickcli.trial.pallet_result import SetDownDeviation
 from pickcli.trial.pose_noise import perceive
 from pickcli.trial.scene_plan import ScenePlan

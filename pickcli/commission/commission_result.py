@@ -25,7 +25,7 @@ class ActionError(Exception):
         self.figures = dict(figures or {})
 
 
-class ItemOutcome(StrEnum):
+class CommissionedOutcome(StrEnum):
     """What became of an item."""
 
     PLACED = "placed"  # it stands in its place on the pallet at the end
@@ -69,7 +69,7 @@ class CommissionedItem:
     """
 
     id: str
-    outcome: ItemOutcome
+    outcome: CommissionedOutcome
     attempts: int
     set_down: SetDownDeviation | None
     at_end: SetDownDeviation | None
@@ -119,7 +119,7 @@ class CommissionResult:
     @property
     def n_placed(self) -> int:
         """Number of items that stand in their places at the end."""
-        return sum(each.outcome is ItemOutcome.PLACED for each in self.items)
+        return sum(each.outcome is CommissionedOutcome.PLACED for each in self.items)
 
     @property
     def is_clean(self) -> bool:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pickcli.commission.commission_file import read_commission
 from pickcli.driving.pallet_entry import entered_pose
 from pickcli.errors import InputError
-from pickcli.trial.commission_file import read_commission
 from support.commissions import SHIPPED, Change, station_of, written
 
 MISTAKES: dict[str, tuple[Change, str]] = {

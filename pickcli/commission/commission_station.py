@@ -13,6 +13,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement, displaced
+from pickcli.commission.commission import LOAD, PALLET, Commission, LoadItem
 from pickcli.driving.driving_area import DrivingArea, FloorBox
 from pickcli.driving.free_space_proof import clearances
 from pickcli.driving.pallet_entry import entered_pose
@@ -28,7 +29,6 @@ from pickcli.palletizing.stacking import stack_all
 from pickcli.planning.pick_problem import StatedPlace
 from pickcli.scene.scene import CarrierPose, PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng
-from pickcli.trial.commission import LOAD, PALLET, Commission, LoadItem
 
 SAME_PLACE = 0.005  # m, by which the pallet of the cell may be off where forks take it
 CARRIER_ERROR = Displacement(0.003, 0.003, float(np.deg2rad(0.3)))  # of load and pallet as the arm sees them

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.schemas.items_text import items_text
+from pickcli.commission.commission_station import CommissionStation
+from pickcli.commission.commission_trial import PlayedCommission
 from pickcli.errors import StaleError
 from pickcli.files.atomic_write import write_text
 from pickcli.motion.plan_file import write_plan
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene, write_scene
-from pickcli.trial.commission_station import CommissionStation
-from pickcli.trial.commission_trial import PlayedCommission
 from pickcli.trial.motion_record import (
     RecordedMotion,
     motion_values,

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from pickcli.commission.commission import Commission
+from pickcli.commission.commission_file import read_commission
+from pickcli.commission.commission_station import CommissionStation
+from pickcli.commission.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.driving.drive_tracking import PERIOD
 from pickcli.errors import InputError, StaleError
 from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import TRIAL
 from pickcli.files.json_reader import parse_json
 from pickcli.geometry import Array
-from pickcli.trial.commission import Commission
-from pickcli.trial.commission_file import read_commission
-from pickcli.trial.commission_station import CommissionStation
-from pickcli.trial.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.trial.trial_record import MAX_BYTES, package_versions
 
 FORMAT = "apc-commission-trial"

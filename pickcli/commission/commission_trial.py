@@ -9,6 +9,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pickcli.commission.commission_arm import CommissionArm
+from pickcli.commission.commission_result import (
+    ActionError,
+    CommissionedItem,
+    CommissionedOutcome,
+    CommissionResult,
+    CommissionStep,
+    FloorDeviation,
+)
+from pickcli.commission.commission_station import CommissionStation
+from pickcli.commission.commission_truck import CommissionTruck, TruckDrive, deviation
 from pickcli.driving.simulated_drives import DriveNoise
 from pickcli.geometry import Array
 from pickcli.planning.planning_context import PlanningContext
@@ -20,17 +31,6 @@ from pickcli.strategy.node_types import TrialKind, TruckGoal
 from pickcli.strategy.strategy_file import load_strategy
 from pickcli.strategy.strategy_tree import Argument, Strategy
 from pickcli.strategy.tree_player import TreePlayer
-from pickcli.trial.commission_arm import CommissionArm
-from pickcli.trial.commission_result import (
-    ActionError,
-    CommissionedItem,
-    CommissionResult,
-    CommissionStep,
-    FloorDeviation,
-    ItemOutcome,
-)
-from pickcli.trial.commission_station import CommissionStation
-from pickcli.trial.commission_truck import CommissionTruck, TruckDrive, deviation
 from pickcli.trial.pallet_result import SetDownDeviation
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.scene_plan import ScenePlan
@@ -327,7 +327,7 @@ class _CommissionTrial:
     def _item(self, name: str) -> CommissionedItem:
         tried = self.tried[name]
         at_end = self.arm.item_off(name) if tried.is_placed else None
-        outcome = ItemOutcome.LOST if tried.attempts else ItemOutcome.LEFT
+        outcome = CommissionedOutcome.LOST if tried.attempts else CommissionedOutcome.LEFT
         if at_end is not None and at_end.is_in_place:
-            outcome = ItemOutcome.PLACED
+            outcome = CommissionedOutcome.PLACED
         return CommissionedItem(name, outcome, tried.attempts, tried.set_down, at_end)

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from pickcli.commission.commission_result import ActionError, FloorDeviation
+from pickcli.commission.commission_station import CommissionStation, with_thing_at
 from pickcli.driving.drive_plan import DrivePlan, plan_drive
 from pickcli.driving.drive_tracking import PERIOD
 from pickcli.driving.driving_area import DrivingArea, StatedPallet
@@ -24,8 +26,6 @@ from pickcli.driving.tricycle import Tricycle
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array
 from pickcli.seeds import derived_rng, derived_seed
-from pickcli.trial.commission_result import ActionError, FloorDeviation
-from pickcli.trial.commission_station import CommissionStation, with_thing_at
 
 NEAR = 0.02, float(np.deg2rad(0.7))  # m and rad of its goal, where a truck believes to have arrived
 STRAIGHT_TO_LOAD, STRAIGHT_TO_DELIVERY = 0.2, -0.3  # m of the last part of drives, negative backwards

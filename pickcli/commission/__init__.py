@@ -1,0 +1,7 @@
+"""Commissions: a truck takes a pallet, its arm fills it from a load, and the truck delivers it.
+
+The APPLE system's chain (Krug et al. 2016, Fig. 7). A `commission`, read by `commission_file`, in a cell is a
+`commission_station`. `commission_trial` lets a tree play it with the `commission_truck` and the
+`commission_arm`; a `commission_result` says what came of it, and a `commission_record` what its file says,
+beside others in a `commission_folder`.
+"""
