@@ -56,9 +56,10 @@ class Job(Protocol):
 # import none of them (checked by import-linter). So a changed help text does not invalidate journals and
 # workers.
 PACKAGES_WITHOUT_RESULTS = frozenset({
-    "__main__.py", "api", "calibration", "cartesian", "commands", "commission", "drawing", "driving", "export",
-    "grasping", "hand", "io_events", "page", "palletizing", "planner_benchmark", "planning", "random_scenes",
-    "reachability", "robot_setup", "simulation", "strategy", "trial", "verification", "watching",
+    "__main__.py", "api", "calibration", "cartesian", "commands", "commission", "drawing", "driving",
+    "export", "grasping", "hand", "io_events", "page", "palletizing", "planner_benchmark", "planning",
+    "random_scenes", "reachability", "robot_setup", "simulation", "strategy", "trial", "verification",
+    "watching",
 })  # fmt: skip
 
 
