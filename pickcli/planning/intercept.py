@@ -23,7 +23,7 @@ from pickcli.kinematics.arm import LIMIT_MARGIN
 from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import Certify, Plan
 from pickcli.path_planning.path_cost import estimated_duration
-from pickcli.planning.arm_intercept import plan_arm_intercept, why_too_late
+from pickcli.planning.arm_intercept import plan_arm_intercept, why_unmet
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tracked_stitching import Arrival, Meeting, Ramp, TimedTaking, stitch_tracked
@@ -159,7 +159,7 @@ def why_never(
     scene = stream.scene_at(query.now)
     try:
         if linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0]) is None:
-            return why_too_late(context, QueryBelt.of(stream, scene, query), query)
+            return why_unmet(context, QueryBelt.of(stream, scene, query), query)
         _belt_in_time(context, stream, scene, query, start)
     except NoPlanError as error:
         return error
