@@ -216,7 +216,7 @@ class _Search:
         self.problem = replace(asked.problem_at(searched), by_named=effort.by_named)
         self.grasps = asked.grasps_by(searched, effort.search, effort.corridors)
         rest = context.method.rests(context.cell.devices, context.settings.release_time).taking
-        times = MeetingTimes(first, belt.last, LEAST_RAMP, rest, searched)
+        times = MeetingTimes(first, belt.last, LEAST_RAMP, rest, searched, belt.meets)
         velocity = belt.stream.speed * asked.along
         self.queue = BeltMeetings(context, self.grasps, asked.start.q, velocity, times)
 

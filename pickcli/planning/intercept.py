@@ -290,7 +290,7 @@ def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: Int
     pace = line_pace(limits, stream.belt.max_acceleration / stream.speed)
     ramp = ramp_time(stream.speed, left, pace * float(limits.jerk[axis]))
     rows = queried.stream, queried.now, queried.start, queried.first, queried.last
-    return _Belt(*rows, axis, direction * stream.speed, pace, ramp)
+    return _Belt(*rows, axis, direction * stream.speed, pace, ramp, meets=queried.meets)
 
 
 def _windows(
@@ -388,6 +388,8 @@ def _between(
     back = motion.start[axis] + v * (inward / BACK + TURNED)
     farthest = sign * max(sign * ends, sign * back)
     latest = min(belt.last - lasts, t_planned + float((last - farthest) / v))
+    if belt.meets is not None:
+        earliest, latest = max(earliest, belt.meets), min(latest, belt.meets)
     return earliest, latest
 
 
