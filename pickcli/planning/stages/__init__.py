@@ -11,7 +11,7 @@
   `belt_grasps` are found once for all places along it, `belt_reach` is how far the arm reaches them, and
   `belt_meetings` orders when they are tried.
 - Coarse motions: `grasp_transit` to the grasp, and `transfer` with the item to its placement, by ways of
-  `item_transfer`.
+  `item_transfer`, or of `upright_transfer` where the item is to stay upright.
 - Release, in `placement`: at `drop_placements` from above, off a belt by `rim_drops`; else by `set_down`,
   with `picks_back` from `floor_placements`, from `stacked_placements` on other items, or from the
   `stated_placement` of a query.
