@@ -54,5 +54,5 @@ def check_upright(plan: Plan, robot: Robot) -> Iterator[Reason]:
                 f"by up to {np.degrees(most):.2f} degrees, the plan allows {np.degrees(plan.upright):.2f}"
             )
             yield Reason("tilts the item", where, detail)
-    if upright is None:
+    if all(segment.held is None for segment in plan.segments):
         yield Reason("nothing is held", "upright", "the plan states how far it tilts an item, and holds none")

@@ -58,7 +58,9 @@ def pick_plan(
         tracking=tracking,
         upright=problem.context.settings.upright,
     )
-    fault = _why_thrown(problem.context, plan) or why_tilted(problem.context.arm, plan)
+    fault = _why_thrown(problem.context, plan)
+    if fault is None and plan.upright is not None:
+        fault = why_tilted(problem.context.arm, plan, plan.upright)
     return plan if fault is None else Failures.of(fault)
 
 

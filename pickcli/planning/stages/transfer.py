@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from pickcli.errors import Failures
-from pickcli.planning.pick_motion import GraspMotion, GraspTransit, PickMotion, PlaceMotion, Transfer
+from pickcli.planning.pick_motion import GraspTransit, PickMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.item_transfer import plan_direct_transfer, plan_transfer_with_tool_change
 from pickcli.planning.stages.placement import plan_placements
@@ -23,7 +21,7 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
     Returns:
         All segments of the pick, or every reason for failure.
     """
-    taking, failures = reached.taking, Failures()
+    taking, failures, upright = reached.taking, Failures(), problem.context.settings.upright
     if problem.shift is not None:
         end = plan_end_of_shift(problem, taking)
         return end if isinstance(end, Failures) else PickMotion(reached.transit, taking, Transfer((), end))
@@ -33,20 +31,11 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
             continue
         limits = problem.context.arm.limits
         placements = tuple(motion.unwound_towards(limits, taking.end) for motion in placements)
-        transfer = _transfer(problem, taking, placements)
+        keeps_state = placements[0].holding_state == taking.holding_state
+        in_one_state = plan_direct_transfer if upright is None else plan_upright_transfer
+        plan = in_one_state if keeps_state else plan_transfer_with_tool_change
+        transfer = plan(problem, taking, placements)
         if not isinstance(transfer, Failures):
             return PickMotion(reached.transit, taking, transfer)
         failures += transfer
     return failures
-
-
-def _transfer(
-    problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion]
-) -> Transfer | Failures:
-    """Find a transfer to one of several placements, which hold the item in one state of the tool."""
-    upright = problem.context.settings.upright
-    if placements[0].holding_state != taking.holding_state:
-        return plan_transfer_with_tool_change(problem, taking, placements)
-    if upright is not None:
-        return plan_upright_transfer(problem, taking, placements, upright)
-    return plan_direct_transfer(problem, taking, placements)

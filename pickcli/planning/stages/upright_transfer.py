@@ -30,20 +30,20 @@ WHERE = "upright transfer"
 
 
 def plan_upright_transfer(
-    problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion], upright: float
+    problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion]
 ) -> Transfer | Failures:
-    """Find a transfer to one of several placements that keeps the item upright.
+    """Find a transfer to one of several placements that keeps the item as upright as the settings ask.
 
     Args:
-        problem: The pick.
+        problem: The pick, whose settings have a bound of the tilt.
         taking: The motion that takes the item.
         placements: Placements in the state of the tool in which it is taken.
-        upright: rad, the most that the item is tilted from how it stood when it was taken.
 
     Returns:
         The transfer, or the reasons for failure.
     """
-    arm, state = problem.context.arm, taking.holding_state
+    arm, state, upright = problem.context.arm, taking.holding_state, problem.context.settings.upright
+    assert upright is not None
     up = arm.tip(taking.inward[-1].waypoints[-1], taking.grasp.tool_state)[:3, :3].T @ (0.0, 0.0, 1.0)
 
     def tilt(waypoints: Array) -> float:
@@ -55,9 +55,12 @@ def plan_upright_transfer(
         allowed = f"{least:.1f} degrees at least at the placements, {np.degrees(upright):.1f} are allowed"
         return Failures.of(Reason("tilts the item", str(taking.grasp), allowed))
     direct = plan_direct_transfer(problem, taking, level)
-    if not isinstance(direct, Failures) and tilt(direct.segments[0].waypoints) <= upright:
+    if isinstance(direct, Failures):
+        failures = direct
+    elif (most := tilt(direct.segments[0].waypoints)) > upright:
+        failures = Failures.of(_tilted(most, "the fastest way"))
+    else:
         return direct
-    failures = direct if isinstance(direct, Failures) else Failures()
     space = problem.context.space
     for placement in sorted(
         level, key=lambda each: each.cost + estimated_duration(space, np.stack([taking.end, each.start]))
@@ -66,10 +69,14 @@ def plan_upright_transfer(
         if isinstance(way, Failures):
             failures += way
         elif (most := tilt(way.segments[0].waypoints)) > upright:
-            failures += Reason("tilts the item", WHERE, f"by {np.degrees(most):.1f} degrees on a line")
+            failures += _tilted(most, "a straight line")
         else:
             return way
     return failures
+
+
+def _tilted(most: float, way: str) -> Reason:
+    return Reason("tilts the item", WHERE, f"by {np.degrees(most):.1f} degrees on {way}")
 
 
 def _line(problem: PickProblem, taking: GraspMotion, placement: PlaceMotion) -> Transfer | Failures:
