@@ -110,7 +110,7 @@ def main() -> None:
     parser.add_argument("--checked", type=int, default=20, help="answers that are searched once more")
     options = parser.parse_args()
     workcell, (low, high) = load_workcell(options.cell), map(float, options.gap.split(","))
-    contexts = [PlanningContext(workcell.cell(arm)) for arm in workcell.arms]
+    contexts = [PlanningContext(cell) for cell in workcell.arms.values()]
     for k in range(options.items):
         ask(contexts[k % len(contexts)], options.speed, (low, high), options.seed + options.items + k)
     asked = [
