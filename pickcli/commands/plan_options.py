@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -16,7 +17,7 @@ from pickcli.commands.command import emit_json
 from pickcli.commands.configuration_option import parse_start, start_option
 from pickcli.commands.experience_session import ExperienceSession, experience_session, learn_option
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH
+from pickcli.commands.option_types import PATH, FiniteRange
 from pickcli.commands.options import (
     approach_option,
     drop_from_option,
@@ -196,19 +197,22 @@ class RecordedPickOptions(PickOptions):
 
     Attributes:
         grasps_path: File of recorded grasps; None if grasps come from elsewhere.
+        upright: Degrees, the most that the held item is tilted; None for any.
     """
 
     grasps_path: Path | None
+    upright: float | None
 
     def _context(self, cell: Cell) -> PlanningContext:
         from dataclasses import replace
 
         from pickcli.grasping.recorded_grasp_file import read_recorded_grasps
 
+        upright = None if self.upright is None else math.radians(self.upright)
+        context = super()._context(cell).keeping_upright(upright)
         if self.grasps_path is None:
-            return super()._context(cell)
-        recorded = read_recorded_grasps(self.grasps_path, cell)
-        return replace(super()._context(cell), recorded=recorded)
+            return context
+        return replace(context, recorded=read_recorded_grasps(self.grasps_path, cell))
 
     def refuse_two_sources(self) -> None:
         """Refuse recorded grasps beside another source of grasps, and a plan in their place.
@@ -253,7 +257,7 @@ def pick_options(function: F) -> F:
 
 
 def recorded_pick_options(function: F) -> F:
-    """Give a command the options of ``pick_options``, and --grasps FILE.
+    """Give a command the options of ``pick_options``, --grasps FILE and --upright DEG.
 
     Args:
         function: The command.
@@ -261,10 +265,14 @@ def recorded_pick_options(function: F) -> F:
     Returns:
         The command with the options, which are passed to it as ``options``, a ``RecordedPickOptions``.
     """
+    function = click.option(
+        "--upright", type=FiniteRange(0.0, 90.0, min_open=True), metavar="DEG",
+        help="Tilt the held item by no more than this, from how it stands when it is taken.  [default: any]",
+    )(_pick_options(RecordedPickOptions)(function))  # fmt: skip
     return click.option(
         "--grasps", "grasps_path", type=PATH, metavar="FILE",
         help="Choose from recorded grasps alone (see apc record-grasp).",
-    )(_pick_options(RecordedPickOptions)(function))  # fmt: skip
+    )(function)  # fmt: skip
 
 
 def _pick_options(kind: type[PickOptions]) -> Callable[[F], F]:

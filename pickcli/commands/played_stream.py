@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -26,6 +27,38 @@ OF_ORDERS = (
     "strategy_name", "stow_rule", "pod_shift", "tote_shift", "locate_tote", "live", "live_port",
     "with_plans", "learn", "sift",
 )  # fmt: skip
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def stream_rule_option(function: F) -> F:
+    """Give a command the option --stream-rule NAME.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    from pickcli.trial.stream_rules import StreamRule
+
+    return click.option(
+        "--stream-rule", type=click.Choice([str(each) for each in StreamRule], case_sensitive=False),
+        default=str(StreamRule.EARLIEST), show_default=True,
+        help="Of a stream: items are met as early as possible, by the arm that acted last if it can; or at "
+             "one place, by the arms in turns, as the PR2 did in 2013.",
+    )(function)  # fmt: skip
+
+
+def refuse_stream_rule() -> None:
+    """Refuse --stream-rule, before any work, where no stream is played.
+
+    Raises:
+        UsageError: It was stated.
+    """
+    if is_stated("stream_rule"):
+        raise click.UsageError("--stream-rule applies to streams, and this is none; leave it out")
 
 
 def is_stream(path: Path) -> bool:
@@ -53,7 +86,13 @@ def _file_of(path: Path) -> Path:
 
 
 def play_stream_file(
-    path: Path, folder: Path, overwrite: bool, options: TrialOptions, seed: int, as_json: bool
+    path: Path,
+    folder: Path,
+    overwrite: bool,
+    options: TrialOptions,
+    stream_rule: str,
+    seed: int,
+    as_json: bool,
 ) -> None:
     """Play the trial of a stream, write its record, and print what became of the items.
 
@@ -62,6 +101,7 @@ def play_stream_file(
         folder: Folder of the record.
         overwrite: Whether an existing record may be replaced.
         options: The options of the command.
+        stream_rule: Name of the rule by which items are met.
         seed: Seed of all random choices.
         as_json: Whether JSON is printed.
 
@@ -76,6 +116,7 @@ def play_stream_file(
     from pickcli.trial.belt_camera import BeltCamera
     from pickcli.trial.stream_arms import destination_of
     from pickcli.trial.stream_record import stream_record
+    from pickcli.trial.stream_rules import StreamRule
     from pickcli.trial.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
     from pickcli.trial.trial_folder import refuse_existing_folder
     from pickcli.trial.trial_record import write_record
@@ -100,6 +141,7 @@ def play_stream_file(
         0.0 if is_exact else SPEED_ERROR,
         BeltCamera() if options.perception == "camera" else None,
         read_reality(options.reality_path),
+        StreamRule(stream_rule),
         seed,
     )
     contexts = options.planning_contexts(cells)

@@ -23,7 +23,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.played_commission import is_commission, play_commission_file
 from pickcli.commands.played_pallet import is_pallet, play_pallet_file
-from pickcli.commands.played_stream import is_stream, play_stream_file
+from pickcli.commands.played_stream import is_stream, play_stream_file, refuse_stream_rule, stream_rule_option
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import stdout_console
 from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
@@ -54,13 +54,14 @@ if TYPE_CHECKING:
 @click.option("--plans", "with_plans", is_flag=True,
               help="Write the plan of every attempt, too, and the scene that it was certified "
                    "for.")  # fmt: skip
+@stream_rule_option
 @trial_options
 @learn_option
 @seed_option
 @json_option
 def command(
     order_path: Path, output: Path | None, overwrite: bool, live: bool, live_port: int | None,
-    with_plans: bool, options: TrialOptions, learn: bool, seed: int, as_json: bool,
+    with_plans: bool, stream_rule: str, options: TrialOptions, learn: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order in simulation, by the rules, and score it.
 
@@ -83,8 +84,9 @@ def command(
 
     if is_stream(order_path):
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
-        play_stream_file(order_path, folder, overwrite, options, seed, as_json)
+        play_stream_file(order_path, folder, overwrite, options, stream_rule, seed, as_json)
         return
+    refuse_stream_rule()
     if is_pallet(order_path):
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
         play_pallet_file(order_path, folder, overwrite, options, with_plans, seed, as_json)

@@ -82,6 +82,25 @@ def pinches(
                         yield Pinch(face, T, width_of(shape, face))
 
 
+def pinch_turns(shape: Shape, way_in: Array, fan: Iterable[float]) -> Array:
+    """Return in which orientations fingers take a shape, wherever on it.
+
+    Args:
+        shape: Shape of the item.
+        way_in: (3,) unit vector in the item frame, direction of the hand's approach.
+        fan: rad, turns about the axis of closing that are tried.
+
+    Returns:
+        (K, 3, 3) axes of the tool frame in the item's: those of all ``pinches``.
+    """
+    turns, angles = [], tuple(fan)
+    for _, y, z, _, _ in _lines(shape, way_in):
+        for angle in angles:
+            R = _frame(y, rotation_axis_angle(y, angle) @ z)
+            turns += [R, R * (-1.0, -1.0, 1.0)]
+    return np.array(turns).reshape(-1, 3, 3)
+
+
 def width_of(shape: Shape, face: str) -> float:
     """Return the distance between the places of a pinch.
 

@@ -172,6 +172,17 @@ class GraspMethod(ABC):
             The envelopes, in the item's frame; () if there is none.
         """
 
+    def orientations(self, target: GraspTarget) -> Array | None:
+        """Return in which orientations any search samples grasps of an item, wherever on it.
+
+        Args:
+            target: The item to be grasped.
+
+        Returns:
+            (K, 3, 3) axes of the tool frame in the item's; None if they are more than can be listed.
+        """
+        return None
+
     @abstractmethod
     def bears(self, item: Item, face: str, T_item_tip: Array, noise: PoseNoise = EXACT) -> HoldLimits:
         """Return what the tool bears for a grasp of an item.

@@ -124,6 +124,11 @@ class GraspTarget:
     noise: PoseNoise = EXACT
 
     @property
+    def way_in(self) -> Array:
+        """(3,) unit vector in the item's frame: the direction of the way into its place."""
+        return np.asarray(self.T_entry_item[:3, :3].T @ (1.0, 0.0, 0.0))
+
+    @property
     def R_level_item(self) -> Array:
         """(3, 3) orientation of the item in a frame whose z axis points up."""
         return np.asarray(self.place.T_place_entry[:3, :3] @ self.T_entry_item[:3, :3])

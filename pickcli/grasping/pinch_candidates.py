@@ -51,7 +51,7 @@ def sample_pinches(
         Candidates, and why others were dropped.
     """
     item, widest = target.item, max(tool.positions.values())
-    way_in = target.T_entry_item[:3, :3].T @ (1.0, 0.0, 0.0)
+    way_in = target.way_in
     found: dict[tuple[str, ToolState], list[_Scored]] = {}
     rejected: dict[str, Reason] = {}
     for pinch in pinches(item.shape, gripper.pad, way_in, search.fan, search.grid, rng, search.n_random):
@@ -92,7 +92,7 @@ def pinches_in(
     Returns:
         Those that are in the envelope and hold, and why others were dropped.
     """
-    face, shape, way_in = envelope.face, target.item.shape, target.T_entry_item[:3, :3].T @ (1.0, 0.0, 0.0)
+    face, shape, way_in = envelope.face, target.item.shape, target.way_in
     scored: list[_Scored] = []
     rejected: dict[str, Reason] = {}
     for T in (flattened(face, T) for T in envelope.clipped(T_item_tip)):

@@ -15,14 +15,14 @@ from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array
-from pickcli.grasping.antipodal import limits_of, width_of
+from pickcli.grasping.antipodal import limits_of, pinch_turns, width_of
 from pickcli.grasping.envelope import Envelope
 from pickcli.grasping.finger_envelopes import FingerReach, finger_envelopes
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
 from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
 from pickcli.grasping.pinch_candidates import pinches_in, sample_pinches
-from pickcli.grasping.search import Search
+from pickcli.grasping.search import WIDE_SEARCH, Search
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PoseNoise
@@ -80,6 +80,17 @@ class PinchGrasping(GraspMethod):
             Candidates, and why others were dropped.
         """
         return sample_pinches(target, self.tool, self.gripper, rng, search, most)
+
+    def orientations(self, target: GraspTarget) -> Array:
+        """Return the orientations of all pinches of an item, of the widest search.
+
+        Args:
+            target: The item to be grasped.
+
+        Returns:
+            (K, 3, 3) axes of the tool frame in the item's.
+        """
+        return pinch_turns(target.item.shape, target.way_in, WIDE_SEARCH.fan)
 
     def grasps_in(
         self, target: GraspTarget, envelope: Envelope, tool_state: ToolState, T_item_tip: Array, most: float

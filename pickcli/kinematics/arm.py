@@ -97,6 +97,11 @@ class Arm:
         return self.robot.limits
 
     @property
+    def turning_joints(self) -> NDArray[np.bool_]:
+        """(n,) whether each joint is a revolute one."""
+        return ~self._is_prismatic
+
+    @property
     def window(self) -> tuple[Array, Array]:
         """(n,) and (n,) between which inverse kinematics keeps, with its margin; finite for every joint."""
         return self._lower, self._upper

@@ -213,6 +213,8 @@ class Plan:
         arm: Name of the moving arm; empty in a cell with one arm.
         others: States of all other arms during the motion.
         tracking: The running conveyor that the item rides on when the plan starts; None where items stand.
+        upright: rad, the most that the held item is tilted from how it stood when it was taken (MoveIt:
+            orientation path constraint); turns about the vertical are none. None for any.
     """
 
     query: str
@@ -230,6 +232,7 @@ class Plan:
     arm: str = ""
     others: tuple[ArmState, ...] = ()
     tracking: LineTracking | None = None
+    upright: float | None = None
 
     def with_statistics(self, **values: float) -> Plan:
         """Return the plan with further measurements.

@@ -39,6 +39,7 @@ def motion_hash(plan: Plan) -> str:
         "grasp": plain(plan.grasp),
         "recovery": plain(plan.recovery),
         **_tracking(plan),
+        **_upright(plan),
     })  # fmt: skip
 
 
@@ -62,6 +63,7 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
         "recovery": plain(plan.recovery),
         **_arms(plan),
         **_tracking(plan),
+        **_upright(plan),
         "grasp": plain(plan.grasp),
         "segments": [plain(segment) for segment in plan.segments],
         "events": [plain(event) for event in plan.events],
@@ -131,6 +133,11 @@ def certificate_seal(plan: Plan) -> str:
 def _arms(plan: Plan) -> dict[str, Any]:
     """Return the moving arm and the states of the others; {} in a cell with one arm."""
     return {"arm": plan.arm, "others": [plain(state) for state in plan.others]} if plan.arm else {}
+
+
+def _upright(plan: Plan) -> dict[str, Any]:
+    """Return the entry for the bound of the tilt, if there is one."""
+    return {} if plan.upright is None else {"upright": plan.upright}
 
 
 def _tracking(plan: Plan) -> dict[str, Any]:

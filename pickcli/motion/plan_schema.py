@@ -7,6 +7,7 @@ cannot express are stated here. Only a trajectory has another structure in a fil
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import StrEnum
@@ -206,6 +207,9 @@ _Plan = _derived(
     arm=Annotated[str, Field(max_length=200, default="")],
     others=Annotated[conlist(_ArmState, max_length=MAX_JOINTS), Field(default=[])],
     tracking=Annotated[_LineTracking | None, Field(default=None)],
+    upright=Annotated[
+        Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=0.5 * math.pi)] | None, Field(default=None)
+    ],
 )
 
 

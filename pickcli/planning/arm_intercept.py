@@ -38,9 +38,10 @@ from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.region_query import RegionSearch
 from pickcli.planning.stages.belt_grasps import BeltGrasps
-from pickcli.planning.stages.belt_meetings import BeltMeeting, BeltMeetings, MeetingTimes
+from pickcli.planning.stages.belt_meetings import INWARD, BeltMeeting, BeltMeetings, MeetingTimes
 from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.extraction import CorridorSet
+from pickcli.planning.stages.follow_bounds import RideTimes, why_unreached
 from pickcli.planning.stages.grasp_motion import arm_seeds, plan_grasp_motion
 from pickcli.planning.stages.grasp_selection import searches_of
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
@@ -50,7 +51,7 @@ from pickcli.planning.start_state import Start
 from pickcli.seeds import derived_rng
 from pickcli.timing.line_tracking import ramp_time
 
-SOONEST = 1.5  # s from the start until the first contact that is tried: a rule, not a proof
+SOONEST = 1.5  # s from the start until the arm follows the belt, at the soonest that is tried: a rule
 LEFT_BEFORE = "leaves the window before it is lifted"
 MOST_MET = 10  # meetings that one effort tries
 WIDELY = 0.25  # s that all grasps are too late, for which no others are searched: a rule, not a proof
@@ -90,6 +91,18 @@ class _Asked:
             self._problems[t] = replace(posed, over_rim=True)
         return self._problems[t]
 
+    @cached_property
+    def _grasps(self) -> dict[tuple[Search | RegionSearch, CorridorSet], BeltGrasps]:
+        """Grasps that were found, by how they were searched."""
+        return {}
+
+    def grasps_by(self, t: float, search: Search | RegionSearch, corridors: CorridorSet) -> BeltGrasps:
+        """Find grasps with the belt where it is at a time (s), which is always the same one."""
+        if (search, corridors) not in self._grasps:
+            off = self.belt.deviation * self.along
+            self._grasps[search, corridors] = BeltGrasps.of(self.problem_at(t), search, corridors, off)
+        return self._grasps[search, corridors]
+
 
 def plan_arm_intercept(
     context: PlanningContext,
@@ -118,7 +131,7 @@ def plan_arm_intercept(
     """
     began, stream = time.perf_counter(), belt.stream
     place = next(iter(stream.carrier.places))
-    if (late := why_too_late(context, belt, query)) is not None:
+    if (late := why_unmet(context, belt, query)) is not None:
         raise late
     standing = context.checker_for(belt.start, Mode(start.tool_state))
     if not standing.is_valid(start.q):
@@ -143,8 +156,8 @@ def plan_arm_intercept(
     raise NoPlanError(query.label(place), failures)
 
 
-def why_too_late(context: PlanningContext, belt: QueryBelt, query: InterceptQuery) -> NoPlanError | None:
-    """Say that an item leaves the window before the first contact that is tried.
+def why_unmet(context: PlanningContext, belt: QueryBelt, query: InterceptQuery) -> NoPlanError | None:
+    """Say that an item cannot be met from the first contact that is tried on, by bounds alone.
 
     Args:
         context: The cell.
@@ -152,16 +165,17 @@ def why_too_late(context: PlanningContext, belt: QueryBelt, query: InterceptQuer
         query: The requested pick.
 
     Returns:
-        The error; None if there is time to try.
+        The error; None if there may be a meeting.
     """
-    if (late := _soonest(context, belt) - belt.last) <= 0.0:
-        return None
-    reason = Reason("too late", query.item, f"by {1e3 * late:.0f} ms for the first contact that is tried")
-    return NoPlanError(query.label(next(iter(belt.stream.carrier.places))), [reason])
+    first = _soonest(context, belt) + INWARD + LEAST_RAMP / 2
+    times = RideTimes(belt.stream.speed, first, belt.last)
+    reason = why_unreached(context, belt.stream.carrier, belt.start, query.item, times)
+    place = next(iter(belt.stream.carrier.places))
+    return None if reason is None else NoPlanError(query.label(place), [reason])
 
 
 def _soonest(context: PlanningContext, belt: QueryBelt) -> float:
-    """S from the start until the first contact that is tried."""
+    """S from the start until the arm follows the belt at the soonest."""
     pumps = (each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP)
     return max(belt.first, SOONEST, *pumps)
 
@@ -199,11 +213,10 @@ class _Search:
         context, belt = asked.context, asked.belt
         first = _soonest(context, belt)
         searched = first + WHERE_SEARCHED * (belt.last - first)
-        problem = replace(asked.problem_at(searched), by_named=effort.by_named)
-        off = belt.deviation * asked.along
-        self.grasps = BeltGrasps.of(problem, effort.search, effort.corridors, off)
+        self.problem = replace(asked.problem_at(searched), by_named=effort.by_named)
+        self.grasps = asked.grasps_by(searched, effort.search, effort.corridors)
         rest = context.method.rests(context.cell.devices, context.settings.release_time).taking
-        times = MeetingTimes(first, belt.last, LEAST_RAMP, rest, searched)
+        times = MeetingTimes(first, belt.last, LEAST_RAMP, rest, searched, belt.meets)
         velocity = belt.stream.speed * asked.along
         self.queue = BeltMeetings(context, self.grasps, asked.start.q, velocity, times)
 
@@ -211,7 +224,7 @@ class _Search:
         """Yield uncertified plans, the earliest contact first, and the reasons against others."""
         rng = derived_rng(self.asked.seed, "arm on the belt", self.asked.picked.item)
         for k in range(len(self.grasps.grasps)):
-            self.queue.enter(k, arm_seeds(self.grasps.problem, rng))
+            self.queue.enter(k, arm_seeds(self.problem, rng))
         while self.queue.n_met < MOST_MET and (meeting := self.queue.pop()) is not None:
             found = self._met(meeting)
             if isinstance(found, float):

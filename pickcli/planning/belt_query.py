@@ -24,11 +24,14 @@ class InterceptQuery:
         item: Id of the item in the stream.
         now: s, time of the stream at which the plan starts.
         into: Place that the item is brought to.
+        meet_at: m from the infeed, travel of the item's middle at which contact is to be made; None for the
+            earliest contact that is found. It has no meaning for a belt that stands.
     """
 
     item: str
     now: float
     into: str = TOTE
+    meet_at: float | None = None
 
     def label(self, place: str) -> str:
         """Name the query in plans and messages.
@@ -52,6 +55,7 @@ class QueryBelt:
         start: Scene then.
         first: s at which the item enters the window.
         last: s at which it leaves the window.
+        meets: s at which contact is to be made; None for the earliest that is found.
         deviation: m by which the belt may be off the plan while the arm follows it.
     """
 
@@ -60,6 +64,7 @@ class QueryBelt:
     start: Scene
     first: float
     last: float
+    meets: float | None = field(default=None, kw_only=True)
     deviation: float = field(default=DEVIATION, kw_only=True)
 
     @classmethod
@@ -75,7 +80,8 @@ class QueryBelt:
             The belt.
 
         Raises:
-            NoPlanError: The item is not on the belt yet, or has left the window.
+            NoPlanError: The item is not on the belt yet, has left the window, or has passed the place where
+                it is to be met.
         """
         riding = stream.find(query.item)
         travel = stream.travel_at(riding, query.now)
@@ -94,7 +100,12 @@ class QueryBelt:
             )
         if last <= 0.0:
             raise never("out of the window", f"it left the window {-last:.2f} s before")
-        return cls(stream, query.now, scene, first, last)
+        meets = None if query.meet_at is None else (query.meet_at - travel) / stream.speed
+        if meets is not None and meets < 0.0:
+            raise never(
+                "past its meeting", f"it was {query.meet_at:g} m from the infeed {-meets:.2f} s before"
+            )
+        return cls(stream, query.now, scene, first, last, meets=meets)
 
     @property
     def tracking(self) -> LineTracking:

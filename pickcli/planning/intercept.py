@@ -23,7 +23,7 @@ from pickcli.kinematics.arm import LIMIT_MARGIN
 from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import Certify, Plan
 from pickcli.path_planning.path_cost import estimated_duration
-from pickcli.planning.arm_intercept import plan_arm_intercept, why_too_late
+from pickcli.planning.arm_intercept import plan_arm_intercept, why_unmet
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tracked_stitching import Arrival, Meeting, Ramp, TimedTaking, stitch_tracked
@@ -159,7 +159,7 @@ def why_never(
     scene = stream.scene_at(query.now)
     try:
         if linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0]) is None:
-            return why_too_late(context, QueryBelt.of(stream, scene, query), query)
+            return why_unmet(context, QueryBelt.of(stream, scene, query), query)
         _belt_in_time(context, stream, scene, query, start)
     except NoPlanError as error:
         return error
@@ -290,7 +290,7 @@ def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: Int
     pace = line_pace(limits, stream.belt.max_acceleration / stream.speed)
     ramp = ramp_time(stream.speed, left, pace * float(limits.jerk[axis]))
     rows = queried.stream, queried.now, queried.start, queried.first, queried.last
-    return _Belt(*rows, axis, direction * stream.speed, pace, ramp)
+    return _Belt(*rows, axis, direction * stream.speed, pace, ramp, meets=queried.meets)
 
 
 def _windows(
@@ -388,6 +388,8 @@ def _between(
     back = motion.start[axis] + v * (inward / BACK + TURNED)
     farthest = sign * max(sign * ends, sign * back)
     latest = min(belt.last - lasts, t_planned + float((last - farthest) / v))
+    if belt.meets is not None:
+        earliest, latest = max(earliest, belt.meets), min(latest, belt.meets)
     return earliest, latest
 
 

@@ -57,6 +57,7 @@ class PickSettings:
         solutions_per_grasp: Number of inverse-kinematics branches followed per grasp.
         shortcuts: Number of shortcuts tried on a coarse motion.
         rrt_iterations: Most iterations of the coarse planner.
+        upright: rad, the most that the held item is tilted from how it stood when it was taken; None for any.
     """
 
     approach: GraspApproach = GraspApproach.LINES
@@ -78,6 +79,7 @@ class PickSettings:
     solutions_per_grasp: int = 4
     shortcuts: int = 60
     rrt_iterations: int = 4000
+    upright: float | None = None
 
     @property
     def while_pushing(self) -> PickSettings:

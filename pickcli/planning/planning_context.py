@@ -98,6 +98,17 @@ class PlanningContext:
         """
         return replace(self, settings=replace(self.settings, drop_from=drop_from))
 
+    def keeping_upright(self, upright: float | None) -> PlanningContext:
+        """Return a context whose picks keep the held item upright.
+
+        Args:
+            upright: rad, the most that it is tilted from how it stood when it was taken; None for any.
+
+        Returns:
+            The context, the same except for that.
+        """
+        return replace(self, settings=replace(self.settings, upright=upright))
+
     def configurations_at(self, place: Place) -> list[Array]:
         """Return the configurations that the cell names for a place.
 

@@ -54,6 +54,11 @@ class StreamArms:
         return frozenset(self._into.values())
 
     @property
+    def all(self) -> tuple[PlanningContext, ...]:
+        """Contexts of all arms, the preferred one first."""
+        return self._contexts
+
+    @property
     def others(self) -> tuple[PlanningContext, ...]:
         """Contexts of the arms that stand parked."""
         return tuple(each for each in self._contexts if each is not self.context)

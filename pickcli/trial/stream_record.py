@@ -33,6 +33,7 @@ def stream_record(
         **result.record(),
         **(noise if camera is None else {"camera": asdict(camera)}),
         "reality": request.reality.as_dict(),
+        "rule": str(request.rule),
         "made_from": {
             "format": FORMAT,
             "version": VERSION,

@@ -36,6 +36,7 @@ from pickcli.trial.meeting_watch import MeetingWatch
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.trial.stream_arms import StreamArms, destination_of
 from pickcli.trial.stream_result import ItemOutcome, MeetingRecord, StreamItemResult, StreamTrialResult
+from pickcli.trial.stream_rules import StreamRule
 from pickcli.verification.verify import certifier
 
 QUERY_CHARGE = 0.3  # s of the belt's time for each query: planning and verification take 0.25 s
@@ -60,6 +61,7 @@ class StreamTrialRequest:
         camera: Camera by whose tracks the items are known, instead of by poses with these errors; None for
             those.
         reality: Levels of the deviations of the simulated world from its model.
+        rule: Where items are met, and by which arm.
         seed: Seed of all random choices.
     """
 
@@ -68,6 +70,7 @@ class StreamTrialRequest:
     speed_error: float = SPEED_ERROR
     camera: BeltCamera | None = None
     reality: Reality = DEFAULT
+    rule: StreamRule = StreamRule.EARLIEST
     seed: int = 0
 
 
@@ -118,6 +121,7 @@ class _StreamTrial:
         self.decided: dict[str, StreamItemResult] = {}
         self.n_collisions = self.n_limit_violations = self.n_stops = 0
         self.t_end = 0.0
+        self.took: PlanningContext | None = None  # that of the arm which took the last item
         self.least_taking = np.inf  # s from when the arm moves until an item is off the belt
         self.planning_ms: list[float] = []
         self.refusing_ms: list[float] = []
@@ -139,24 +143,22 @@ class _StreamTrial:
         self.t += LOOK_AGAIN
 
     def _is_taken(self, believed: ItemStream, item: _Item) -> bool:
-        """Take an item with the arm that acted last, else with another one; False without a plan by any."""
+        """Take an item with the first arm in turn that has a plan for it; False without a plan by any."""
         arms = self.arms
-        plan = self._planned(believed, item.riding.id, arms.context, arms.start, self.t)
-        if plan is not None:
-            self._execute(item, plan)
-            return True
-        self.t += QUERY_CHARGE
-        for context in arms.others:
-            parking = self._parking(believed)
+        for context in self.request.rule.in_turn(arms.all, arms.context, self.took):
+            is_acting = context is arms.context
+            parking = None if is_acting else self._parking(believed)
             if isinstance(parking, NoPlanError):
                 item.reason = str(parking)
                 return False
             t = self.t + (0.0 if parking is None else parking.trajectory.duration + PARKED)
-            plan = self._planned(believed, item.riding.id, context, arms.home(context), t)
+            start = arms.start if is_acting else arms.home(context)
+            plan = self._planned(believed, item.riding.id, context, start, t)
             if plan is not None:
                 if parking is not None and not self._is_parked(item, parking, t):
                     return True
-                arms.let_act(context)
+                if not is_acting:
+                    arms.let_act(context)
                 self._execute(item, plan)
                 return True
             self.t += QUERY_CHARGE
@@ -197,9 +199,10 @@ class _StreamTrial:
             takes = f"no pick took less than {self.least_taking:.1f} s"
             item.reason = item.reason or f"too late: it leaves the window in {left:.1f} s, {takes}"
             return True
-        query, arms = InterceptQuery(riding.id, self.t), self.arms
+        arms = self.arms
         acting = (arms.context, arms.start)
         for context, start in (acting, *((other, arms.home(other)) for other in arms.others)):
+            query = self._query(riding.id, self.t, context)
             never = why_never(context, replace(believed, cell=context.cell), query, start)
             if never is None:
                 return False
@@ -269,12 +272,17 @@ class _StreamTrial:
         error = 2.0 * request.speed_error
         return replace(true, items=items, speed=most, speed_error=error, noise=request.noise)
 
+    def _query(self, item_id: str, t: float, context: PlanningContext) -> InterceptQuery:
+        """Return the query for an item by an arm from a time (s) on."""
+        place = self.request.rule.meeting_place(context, self.stream.carrier)
+        return InterceptQuery(item_id, t, destination_of(context.cell), place)
+
     def _planned(
         self, believed: ItemStream, item_id: str, context: PlanningContext, start: Start, t: float
     ) -> Plan | None:
         """Plan to take an item with an arm from a time (s) on; remember why not."""
         seen = replace(believed, cell=context.cell)
-        query = InterceptQuery(item_id, t, destination_of(context.cell))
+        query = self._query(item_id, t, context)
         scene, seed = seen.scene_at(t), self.request.seed
         began = time.perf_counter()
         try:
@@ -294,6 +302,7 @@ class _StreamTrial:
         """Execute a plan in a world with what is truly on the belt."""
         true, t_start, context = self._riding(), self.t, self.arms.context
         item.attempts, item.reason, item.arm = item.attempts + 1, "", context.cell.arm
+        self.took = context
         world = self._world(true)
         release_time = context.settings.release_time
         watch = MeetingWatch(plan, world, context.method.rests(context.cell.devices, release_time).taking)

@@ -40,6 +40,7 @@ from pickcli.verification.support_check import check_support
 from pickcli.verification.tipping_check import check_tipping
 from pickcli.verification.tool_speed import check_tool_speed
 from pickcli.verification.topple_check import check_topple, is_toppling
+from pickcli.verification.upright_check import check_upright
 from pickcli.verification.verdict import Verdict
 
 MOTION_CHECKS = (
@@ -70,6 +71,8 @@ RECOVERY_CHECKS = (
 TRACKING_CHECKS = (
     "line tracking: within the window; free of all that rides on the belt, at its speed, and of the hall",
 )
+
+UPRIGHT_CHECKS = ("upright: the held item is never tilted farther than the plan states",)
 
 MANY_STATES = 30_000  # twenty seconds at full speed: a plan that breaks a limit is not sampled more finely
 FAR_BEYOND = 10.0  # times a velocity limit: so much motion would take too long to check
@@ -127,6 +130,7 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
         *check_tipping(plan, scene),
         *check_lines(plan, scene.cell.robot, states),
         *check_tool_speed(plan, scene.cell),
+        *check_upright(plan, scene.cell.robot),
         *check_efforts(plan, scene, states, T_tip_item),
         *check_hold(plan, scene, T_tip_item),
         *check_io(plan, scene),
@@ -167,6 +171,7 @@ def _verify_tracked(plan: Plan, scene: Scene, digest: str) -> Verdict:
         *check_tipping(work.plan, work.scene),
         *check_lines(work.plan, work.scene.cell.robot, work.states),
         *check_tool_speed(plan, scene.cell),
+        *check_upright(plan, scene.cell.robot),
         *check_efforts(plan, scene, hall.states, T_tip_item),
         *check_hold(plan, view.scene, T_tip_item),
         *check_io(work.plan, work.scene),
@@ -225,6 +230,7 @@ def _certificate(
             *(TOPPLE_CHECKS if is_toppling(plan) else ()),
             *(RECOVERY_CHECKS if plan.recovery is not None else ()),
             *(TRACKING_CHECKS if plan.tracking is not None else ()),
+            *(UPRIGHT_CHECKS if plan.upright is not None else ()),
         ),
     )
 

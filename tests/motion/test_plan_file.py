@@ -102,6 +102,7 @@ def test_every_field_of_a_plan_is_in_its_file(plan: Plan) -> None:
         grasp=replace(plan.grasp, envelope="+z"),
         segments=(pushing, *plan.segments[1:]),
         tracking=LineTracking("belt", 0.33),
+        upright=0.5,
     )
     data = plan_to_dict(plan)
     assert plan.grasp is not None and plan.certificate is not None

@@ -82,7 +82,7 @@ def test_an_item_that_comes_too_near_the_end_of_the_window_has_reasons() -> None
     with pytest.raises(NoPlanError, match=r"too late: by .* for the first contact that is tried"):
         plan_intercept(context(), items, query, home())
     assert why_never(context(), items, query, home()) is not None
-    reachable = InterceptQuery(items.items[0].id, 3.0, "bin_left")
+    reachable = InterceptQuery(items.items[0].id, 0.8, "bin_left")
     assert why_never(context(), items, reachable, home()) is None
 
 

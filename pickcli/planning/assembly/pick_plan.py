@@ -12,6 +12,7 @@ from pickcli.io_events.event_binding import BoundEvents
 from pickcli.motion.plan import Grasp, LineTracking, Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.assembly.tilt_bound import why_tilted
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
@@ -38,7 +39,7 @@ def pick_plan(
         tracking: The conveyor that it follows; None for none.
 
     Returns:
-        The plan, uncertified; or the fault that it lets the item go too fast.
+        The plan, uncertified; or the fault that it lets the item go too fast, or tilts it too far.
     """
     segments, trajectory, events = scheduled
     cell = problem.context.cell
@@ -55,9 +56,12 @@ def pick_plan(
         arm=cell.arm,
         others=cell.others,
         tracking=tracking,
+        upright=problem.context.settings.upright,
     )
-    too_fast = _why_thrown(problem.context, plan)
-    return plan if too_fast is None else Failures.of(too_fast)
+    fault = _why_thrown(problem.context, plan)
+    if fault is None and plan.upright is not None:
+        fault = why_tilted(problem.context.arm, plan, plan.upright)
+    return plan if fault is None else Failures.of(fault)
 
 
 def why_too_slow(

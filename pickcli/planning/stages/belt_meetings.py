@@ -45,6 +45,7 @@ class MeetingTimes:
         ramp: s in which the arm comes up to the speed of the belt, at least.
         rest: s for which it rests relative to the belt when the item is taken.
         searched: s at which the belt is where the grasps were searched.
+        only: s of the one contact that is tried; None for all.
     """
 
     first: float
@@ -52,6 +53,7 @@ class MeetingTimes:
     ramp: float
     rest: float
     searched: float
+    only: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +143,10 @@ class BeltMeetings:
             meeting: The meeting.
             by: s that it has to be later; None if it failed for another reason than time.
         """
-        if by is None:
+        if self._times.only is not None:
+            if by is not None:
+                self._tell_late(meeting, by)
+        elif by is None:
             if meeting.n_tried + 1 < MOST_TRIED:
                 self._put(replace(meeting, t=meeting.t + ELSEWHERE, n_tried=meeting.n_tried + 1), told=True)
         elif meeting.n_late < MOST_LATER:
@@ -180,8 +185,13 @@ class BeltMeetings:
         times, half = self._times, self._times.ramp / 2
         first, last = (times.searched + travel / self._speed for travel in meeting.reach.stretch)
         after = times.rest + OUTWARD + half
-        t = EVERY * float(np.ceil(max(meeting.t, first + INWARD + half) / EVERY - ROUNDING))
-        end, missing = min(last, times.last + half), 0.0
+        soonest, end, missing = max(meeting.t, first + INWARD + half), min(last, times.last + half), 0.0
+        t = EVERY * float(np.ceil(soonest / EVERY - ROUNDING))
+        if times.only is not None:
+            t = times.only
+            if t < soonest:
+                return t, soonest - t, f"by about {1e3 * (soonest - t):.0f} ms where it is to be met"
+            end = min(end, t + after)
         while t + after <= end:
             if (missing := self._missing(replace(meeting, t=t))) <= 0.0:
                 return t, 0.0, ""

@@ -8,6 +8,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.item_transfer import plan_direct_transfer, plan_transfer_with_tool_change
 from pickcli.planning.stages.placement import plan_placements
 from pickcli.planning.stages.shift_end import plan_end_of_shift
+from pickcli.planning.stages.upright_transfer import plan_upright_transfer
 
 
 def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | Failures:
@@ -20,7 +21,7 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
     Returns:
         All segments of the pick, or every reason for failure.
     """
-    taking, failures = reached.taking, Failures()
+    taking, failures, upright = reached.taking, Failures(), problem.context.settings.upright
     if problem.shift is not None:
         end = plan_end_of_shift(problem, taking)
         return end if isinstance(end, Failures) else PickMotion(reached.transit, taking, Transfer((), end))
@@ -31,7 +32,8 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
         limits = problem.context.arm.limits
         placements = tuple(motion.unwound_towards(limits, taking.end) for motion in placements)
         keeps_state = placements[0].holding_state == taking.holding_state
-        plan = plan_direct_transfer if keeps_state else plan_transfer_with_tool_change
+        in_one_state = plan_direct_transfer if upright is None else plan_upright_transfer
+        plan = in_one_state if keeps_state else plan_transfer_with_tool_change
         transfer = plan(problem, taking, placements)
         if not isinstance(transfer, Failures):
             return PickMotion(reached.transit, taking, transfer)
