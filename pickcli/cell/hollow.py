@@ -50,6 +50,22 @@ class Hollow:
         first, second = (k for k in range(3) if k != self.axis)
         return first, second
 
+    def opens(self, shape: Shape) -> tuple[str, ...]:
+        """Return the outer faces that it opens through: its own, and those at whose edge a side is open.
+
+        Args:
+            shape: Outer shape of the item.
+
+        Returns:
+            Names of the faces.
+        """
+        low, high = self.bounds(shape)
+        half, found = shape.extents / 2, [self.face]
+        for k in self.across if self.radius is None else ():
+            found += [f"-{'xyz'[k]}"] if low[k] <= -half[k] else []
+            found += [f"+{'xyz'[k]}"] if high[k] >= half[k] else []
+        return tuple(found)
+
     @property
     def width(self) -> float:
         """Narrowest width of the hollow, m."""

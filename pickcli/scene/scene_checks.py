@@ -16,7 +16,7 @@ from pickcli.files.schema import Vector
 from pickcli.files.source import Key, Source
 from pickcli.geometry import Array, inverse, pose
 from pickcli.name_suggestion import shortened, suggestion
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import HeldItem, Scene
 from pickcli.scene.scene_schema import PlacedItemModel, SceneModel
 from pickcli.scene.solid_overlap import TOUCH, PosedSolid, overlap_depth
 from pickcli.scene.touching import PosedSolids, gaps
@@ -291,9 +291,18 @@ def check_held(source: Source, scene: Scene) -> None:
         away = float(np.linalg.norm(item.center))
         where = f"{away:.3g} m from the tip of the {tool.grip.holder}, which its surface is to be at"
         source.add(("held", "position"), f"the middle of {scene.held.id} is {where}{advice}")
-    elif not tool.grip.takes_widths and overlap_depth(item, _ball(_POINT, -slack - _POINT), 0.0) > 0.0:
+    elif not tool.grip.takes_widths and _is_in_the_tool(scene.held, -slack - _POINT):
         where = f"reaches more than {1000 * slack:.0f} mm behind the tip of the cup, into the tool"
         source.add(("held", "position"), f"{scene.held.id} {where}{advice}")
+
+
+def _is_in_the_tool(held: HeldItem, z: float) -> bool:
+    """Whether an item is where the tool is, at z behind the tip; a tool may be in one of its hollows."""
+    shape = held.item.shape
+    at = (inverse(held.T_tip_item) @ [0.0, 0.0, z, 1.0])[:3]
+    if any(hollow.contains(shape, at) for hollow in held.item.hollows):
+        return False
+    return overlap_depth(PosedSolid(shape, held.T_tip_item), _ball(_POINT, z), 0.0) > 0.0
 
 
 def _ball(radius: float, z: float) -> PosedSolid:

@@ -199,6 +199,7 @@ def _bottom_at(item: Item, p: Array) -> tuple[str, float, Array, float] | None:
 
     A point is nearest to it in the lower half of the hollow, and in the upper half of what is left under it.
     """
+    found: list[tuple[str, float, Array, float]] = []
     for hollow in item.hollows:
         k, side = "xyz".index(hollow.face[1]), 1.0 if hollow.face[0] == "+" else -1.0
         half = float(item.shape.extents[k]) / 2
@@ -211,8 +212,8 @@ def _bottom_at(item: Item, p: Array) -> tuple[str, float, Array, float] | None:
             room = min(min(float(p[a]) - least, greatest - float(p[a])) for a, (least, greatest) in sides)
         name = f"{hollow.face}/{hollow.name}"
         if room >= 0.0 and hollow.depth / 2 - half < height < hollow.depth / 2:
-            return name, height, side * np.eye(3)[k], min(room, _to_the_end(item, name, p))
-    return None
+            found.append((name, height, side * np.eye(3)[k], min(room, _to_the_end(item, name, p))))
+    return min(found, key=lambda each: abs(each[1]), default=None)
 
 
 def _to_the_end(item: Item, face: str, p: Array) -> float:

@@ -112,6 +112,11 @@ MISTAKES = {
     "unknown key": (CAN, "depth: 0.02", "depth: 0.02, width: 0.1", "hollows.cup.width: unknown key"),
     "seal of another": (BOX, "+z/cup", "+z/mug", "got +z/mug"),
     "a face that it opens": (BOX, "seal: 0.0", "seal: 0.9", "+z is said to seal where it opens"),
+    "a side that it opens": (
+        BOX, '0.9}\n    hollows:\n      cup: {face: "+z", x: [-0.08',
+        '0.9, "-x": 0.9}\n    hollows:\n      cup: {face: "+z", x: [-0.1',
+        "-x is said to seal where it opens",
+    ),
     "area beside it": (
         BOX, "    hollows", '    areas: {"+z/cup": {x: [0.09, 0.1]}}\n    hollows', "within its hollow",
     ),
@@ -148,6 +153,14 @@ def test_a_rim_that_seals_beside_a_hollow_is_accepted(tmp_path: Path) -> None:
     (tray,) = read_items(written(tmp_path / "items.yaml", text)).values()
     assert tray.seals["+z"] == 0.9
     assert tray.seals["+z/cup"] == 0.0
+
+
+def test_a_side_seals_beside_what_opens_there(tmp_path: Path) -> None:
+    channel = BOX.replace("[-0.08, 0.08]", "[-0.1, 0.1]").replace(
+        'seals: {"+z/cup": 0.9}', 'seals: {"-x": 0.9}\n    areas: {"-x": {y: [0.04, 0.05]}}'
+    )
+    (tray,) = read_items(written(tmp_path / "items.yaml", channel)).values()
+    assert tray.hollows[0].opens(tray.shape) == ("+z", "-x", "+x") and tray.seals["-x"] == 0.9
 
 
 def test_a_hollow_narrower_than_any_cup_is_warned_of(

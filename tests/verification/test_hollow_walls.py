@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pickcli.cell.hollow import Hollow
 from pickcli.cell.item import Item
 from pickcli.cell.schemas.items_file import load_items
-from pickcli.cell.shapes import Shape
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import transform_points
 from pickcli.verification.grasp_check import _face_at, _rooms
 from pickcli.verification.hollow_walls import N_STAVES, farthest_point, opened
@@ -87,6 +87,17 @@ def test_a_tip_at_the_bottom_is_on_the_bottom(
     assert off == pytest.approx(height, abs=1e-9)
     assert normal[2] == (1.0 if face[0] == "+" else -1.0)
     assert to_edge == pytest.approx(room)
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_of_hollows_of_two_faces_a_tip_is_on_the_bottom_that_it_is_nearest_to(is_first: bool) -> None:
+    front = Hollow("a", "-x", 0.02, None, ((-0.045, 0.045), (-0.03, 0.03)))
+    side = Hollow("b", "-y", 0.02, None, ((-0.025, 0.025), (-0.03, 0.03)))
+    hollows = (front, side) if is_first else (side, front)
+    shape = Shape(ShapeKind.BOX, (0.12, 0.12, 0.12))
+    item = replace(BRUSH, shape=shape, hollows=hollows, seals={"-x/a": 0.9, "-y/b": 0.9}, areas={})
+    assert _face_at(item, np.array([0.0, -0.04, 0.0]))[0] == "-y/b"
+    assert _face_at(item, np.array([-0.04, 0.0, 0.0]))[0] == "-x/a"
 
 
 def test_edges_of_the_bottom_of_a_rectangular_hollow_are_its_sides() -> None:

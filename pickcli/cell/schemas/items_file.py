@@ -144,18 +144,20 @@ class ItemModel(FileModel):
     def _over_hollows(self) -> ItemModel:
         """Refuse outer faces that are said to seal where a hollow opens through them."""
         for hollow in self.hollows_in_shape if self._has_one_shape else ():
-            if self.shares[hollow.face] > 0.0 and self._reaches_over(hollow):
-                raise ValueError(
-                    f"hollows.{hollow.name}: {hollow.face} is said to seal where it opens; state areas of "
-                    f"{hollow.face} beside it, or its seal as 0"
-                )
+            for face in hollow.opens(self.shape):
+                if self.shares[face] > 0.0 and self._reaches_over(face, hollow):
+                    raise ValueError(
+                        f"hollows.{hollow.name}: {face} is said to seal where it opens; state areas of "
+                        f"{face} beside it, or its seal as 0"
+                    )
         return self
 
-    def _reaches_over(self, hollow: Hollow) -> bool:
+    def _reaches_over(self, face: str, hollow: Hollow) -> bool:
         """Whether the part of a face that seals reaches over a hollow that opens through it."""
         low, high = hollow.bounds(self.shape)
-        stated = {"xyz".index(axis): side for axis, side in self.areas.get(hollow.face, {}).items()}
-        within = {k: stated.get(k, (low[k], high[k])) for k in hollow.across}
+        stated = {"xyz".index(axis): side for axis, side in self.areas.get(face, {}).items()}
+        across = [k for k in range(3) if k != "xyz".index(face[1])]
+        within = {k: stated.get(k, (low[k], high[k])) for k in across}
         return all(least < high[k] and greatest > low[k] for k, (least, greatest) in within.items())
 
     def _check_area(self, name: str, axis: Literal["x", "y", "z"], least: float, greatest: float) -> None:
