@@ -209,10 +209,9 @@ class RecordedPickOptions(PickOptions):
         from pickcli.grasping.recorded_grasp_file import read_recorded_grasps
 
         upright = None if self.upright is None else math.radians(self.upright)
+        recorded = None if self.grasps_path is None else read_recorded_grasps(self.grasps_path, cell)
         context = super()._context(cell).keeping_upright(upright)
-        if self.grasps_path is None:
-            return context
-        return replace(context, recorded=read_recorded_grasps(self.grasps_path, cell))
+        return context if recorded is None else replace(context, recorded=recorded)
 
     def refuse_two_sources(self) -> None:
         """Refuse recorded grasps beside another source of grasps, and a plan in their place.

@@ -119,6 +119,8 @@ def test_the_orders_ask_for_known_items_only() -> None:
         if order.get("format") == "apc stream":
             assert all((each["name"], each["year"]) in ITEMS for each in order["items"]), path.name
             continue
+        if order.get("format") == "apc commission":
+            continue  # it has products of its own
         names = [n for contents in order["bin_contents"].values() for n in contents]
         names += order.get("tote_contents", [])
         years = {2015} if "2015" in path.name else {2016}

@@ -11,6 +11,7 @@ from pickcli.cell.data_path import data_path
 from pickcli.errors import InputError
 from pickcli.files.file_kind import (
     CELL,
+    COMMISSION,
     DETECTED,
     DRIVE,
     DRIVING_AREA,
@@ -69,6 +70,7 @@ BEGINNINGS = [
     (b'{"format": "apc grasps", "version": 1}', GRASPS),
     (b"format: apc hand\nversion: 1\n", HAND),
     (b'{"format": "apc recording", "version": 1}', RECORDING),
+    (b'{"format": "apc commission", "version": 1}', COMMISSION),
     (b'{"work_order": [], "bin_contents": {}}', ORDER),
     (b'{"score": 1, "max_score": 2}', TRIAL),
     (b'<?xml version="1.0"?>\n<robot name="a">', URDF),
@@ -99,7 +101,7 @@ def test_the_cases_are_all_kinds() -> None:
 
 def test_the_files_of_the_data_folder_are_what_they_are() -> None:
     folders = {"cells/*/cell.yaml": CELL, "cells/*/*.urdf": URDF, "items/*": ITEMS}
-    folders |= {"tasks/pr2_belt_*.json": STREAM, "tasks/[!p]*.json": ORDER}
+    folders |= {"tasks/pr2_belt_*.json": STREAM, "tasks/apple_*.json": COMMISSION, "tasks/[!ap]*.json": ORDER}
     for pattern, kind in folders.items():
         assert {kind_of(path.read_bytes()) for path in data_path().glob(pattern)} == {kind}
 
