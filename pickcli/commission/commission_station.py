@@ -230,16 +230,26 @@ class CommissionStation:
         """Raise InputError if the truck cannot stand where the commission leads it."""
         commission, half = self.commission, self.pallet_in_truck
         delivered = with_thing_at(commission.delivery, half)
-        for name, at in (("at the load", self.at_load), ("where it delivers", delivered)):
-            area = self.loaded(at, at, 0.0)
+        stands = (
+            ("", "at its start", "start or load", commission.area.start, self.entering),
+            ("", "at its end", "end or load", commission.end, self.leaving),
+            (" with its pallet", "at the load", "load", self.at_load, self._standing_loaded),
+            (" with its pallet", "where it delivers", "load or delivery", delivered, self._standing_loaded),
+        )
+        for with_it, where, moved, at, area_at in stands:
+            area = area_at(at)
             found = clearances(area, at[None])[0]
             nearest = int(found.argmin())
             if found[nearest] < area.margin:
                 of = "the walls" if nearest == 0 else area.boxes[nearest - 1].name
                 raise InputError(
-                    f"the truck with its pallet has no room {name}: {found[nearest]:.3f} m to {of}, "
-                    f"{area.margin:g} m are to be kept; move load or delivery"
+                    f"the truck{with_it} has no room {where}: {found[nearest]:.3f} m to {of}, "
+                    f"{area.margin:g} m are to be kept; move {moved}"
                 )
+
+    def _standing_loaded(self, at: Array) -> DrivingArea:
+        """Return the area in which the truck stands with the pallet."""
+        return self.loaded(at, at, 0.0)
 
 
 def planar(T: Array) -> Array:

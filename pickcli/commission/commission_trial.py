@@ -121,7 +121,9 @@ def play_commission(
     player = TreePlayer(request.strategy.root, trial)
     try:
         for _ in range(MOST_TICKS):
-            if player.tick() is not None:
+            if (is_success := player.tick()) is not None:
+                if not is_success and not trial.aborted:
+                    trial.end_here()
                 break
         else:
             trial.aborted = f"the tree did not end in {MOST_TICKS} ticks"

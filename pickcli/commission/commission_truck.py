@@ -101,7 +101,7 @@ class CommissionTruck:
             The drive.
 
         Raises:
-            ActionError: There is no way, or the pallet was not seen.
+            ActionError: There is no way, the pallet was not seen, or it was met.
         """
         if self.on_forks is not None:
             raise ActionError("the forks are in the pallet already")
@@ -117,8 +117,8 @@ class CommissionTruck:
             why = "the pallet was not seen, or there is no path into it where it was seen"
             raise ActionError(why, drive.figures)
         (real,) = self._pallet.real
-        self._count_meeting(area, real)
         self.on_forks = seen_from(self.true, real.pose)
+        self._refuse_meeting(area, real)
         return drive
 
     def to_load(self) -> TruckDrive | None:
@@ -164,7 +164,7 @@ class CommissionTruck:
             at = posed(self.believed, self.station.pallet_in_truck)
             pallet = replace(self.station.commission.pallet, pose=at)
             drive = self._followed(LEAVING, _planned(lambda: plan_exit(area, pallet)), area)
-            self._count_meeting(area, replace(pallet, pose=self.set_down_at))
+            self._refuse_meeting(area, replace(pallet, pose=self.set_down_at))
             return self._arrived(end, drive)
         if is_near(self.believed, end):
             return None
@@ -218,11 +218,15 @@ class CommissionTruck:
         self.drives.append(TruckDrive(name, duration, poses[:n], felt, figures))
         return self.drives[-1]
 
-    def _count_meeting(self, area: DrivingArea, pallet: StatedPallet) -> None:
-        """Count whether the truck met a pallet in its last drive, into it or out of it."""
-        gap = pallet_gap(area, pallet, self.drives[-1].poses)
-        self.n_collisions += gap <= 0.0
-        self.drives[-1].figures["pallet_gap_m"] = gap
+    def _refuse_meeting(self, area: DrivingArea, pallet: StatedPallet) -> None:
+        """Raise ActionError if the truck met a pallet in its last drive, into it or out of it; count that."""
+        drive = self.drives[-1]
+        drive.figures["pallet_gap_m"] = gap = pallet_gap(area, pallet, drive.poses)
+        if gap <= 0.0:
+            self.n_collisions += 1
+            raise ActionError(
+                f"the forks or the truck met the pallet, {-1e3 * gap:.0f} mm deep", drive.figures
+            )
 
     def _arrived(self, goal: Array, drive: TruckDrive) -> TruckDrive:
         """Raise ActionError unless the truck believes to be where a drive was to lead."""

@@ -29,6 +29,9 @@ FORK_GAP = 0.02  # m beside and above the forks in the pockets, at least
 BACK_OUT = 1.2  # m that a truck drives away from a pallet before it tries again
 N_ALONG = 8  # points along the side of a fork, at which its distance from a pocket is taken
 LEAST_REST = 0.4  # m of the approach that is left to be changed
+# m that a truck drives straight on out of a pallet, from each of which a way onward is looked for in turn:
+# on a lattice it may hang on where between its cells a way begins
+FARTHER = (0.0, 0.03, 0.07, 0.12, 0.17)
 
 
 def entered_pose(area: DrivingArea, pallet: StatedPallet) -> Array:
@@ -42,7 +45,7 @@ def entered_pose(area: DrivingArea, pallet: StatedPallet) -> Array:
         (3,) m, m, rad.
     """
     return posed(
-        pallet.pose, np.array([pallet.shape.length / 2 - _depth(area, pallet) + area.truck.back, 0, 0])
+        pallet.pose, np.array([pallet.shape.length / 2 - entry_depth(area, pallet) + area.truck.back, 0, 0])
     )
 
 
@@ -56,11 +59,19 @@ def straight_length(area: DrivingArea, pallet: StatedPallet) -> float:
     Returns:
         m.
     """
-    return max(LEAST_STRAIGHT, _depth(area, pallet) + RUN_UP)
+    return max(LEAST_STRAIGHT, entry_depth(area, pallet) + RUN_UP)
 
 
-def _depth(area: DrivingArea, pallet: StatedPallet) -> float:
-    """M that forks go into a pallet."""
+def entry_depth(area: DrivingArea, pallet: StatedPallet) -> float:
+    """Return how far forks go into a pallet.
+
+    Args:
+        area: The area.
+        pallet: The pallet.
+
+    Returns:
+        m from its near side to the tips.
+    """
     return min(pallet.shape.length - INSET, area.forks.length - area.margin - HEEL_GAP)
 
 
@@ -143,11 +154,19 @@ def plan_exit(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
         InputError: The goal is where the forks are out already.
         NoPlanError: There is no way out of it, or from there to the goal.
     """
-    out = SteeringPath(area.truck, area.start, np.array([straight_length(area, pallet)]), np.zeros(2))
-    _prove_straight(area, pallet, out, "a drive out of the pallet")
-    onward = plan_drive(_passed(area, pallet, out.end))
-    path = out.then(onward.path)
-    return DrivePlan(replace(area, boxes=onward.area.boxes), onward.lattice, path, speed_profile(path))
+    failed: list[NoPlanError] = []
+    for more in FARTHER:
+        length = straight_length(area, pallet) + more
+        out = SteeringPath(area.truck, area.start, np.array([length]), np.zeros(2))
+        try:
+            _prove_straight(area, pallet, out, "a drive out of the pallet")
+            onward = plan_drive(_passed(area, pallet, out.end))
+        except NoPlanError as error:
+            failed.append(error)
+            continue
+        path = out.then(onward.path)
+        return DrivePlan(replace(area, boxes=onward.area.boxes), onward.lattice, path, speed_profile(path))
+    raise failed[0]
 
 
 def _passed(area: DrivingArea, pallet: StatedPallet, start: Array) -> DrivingArea:

@@ -4,7 +4,8 @@ A picture is taken each ``LOOK_PERIOD`` from where the truck truly is. What it s
 believes to be, so that errors of localisation cancel as far as they stay the same. While a path is computed
 the truck goes on along the old one, which the new one leaves ``LATENCY`` later. Where the path does not lead
 to where the pallet was last seen, as too little of it is left to be changed, the truck stops before its
-straight part and plans anew from there.
+straight part and plans anew from there. So it does right before the pallet if its forks would miss the
+pockets, as it could not follow its path.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from pickcli.driving.area_view import take_picture
 from pickcli.driving.drive_plan import DrivePlan
 from pickcli.driving.drive_tracking import PERIOD, TrackingController
 from pickcli.driving.driving_area import DrivingArea, StatedPallet
-from pickcli.driving.pallet_entry import entered_pose, plan_entry_anew, renewed_entry
+from pickcli.driving.pallet_entry import entered_pose, entry_depth, pallet_gap, plan_entry_anew, renewed_entry
 from pickcli.driving.pallet_look import look_for_pallet, seen_pallet
 from pickcli.driving.simulated_drives import (
     END_POSITION,
@@ -28,7 +29,7 @@ from pickcli.driving.simulated_drives import (
     DriveNoise,
     NoisyTruck,
 )
-from pickcli.driving.steering_path import seen_from, wrapped
+from pickcli.driving.steering_path import posed, seen_from, wrapped
 from pickcli.driving.tricycle import PLANNED_SHARE
 from pickcli.driving.truck_camera import TruckCamera
 from pickcli.errors import InputError, NoPlanError
@@ -43,6 +44,9 @@ TRUSTED = np.array(
 )  # m, m and rad, up to which the truck goes straight into the pockets
 STOP_BEFORE = 0.05  # m of travel before the straight part, where a truck comes to rest that does not go on
 MOST_STOPS = 3
+FIRST_IN_POCKETS = 0.15  # m of the pockets, for which it is looked ahead whether the forks get into them
+N_AHEAD = 16  # poses on that way
+LEAST_GAP = 0.005  # m that forks keep there from the sides of pockets, as the truck believes
 N_MEANT = 5  # last pictures, over whose poses the mean is taken: localisation errs anew in each
 
 
@@ -170,7 +174,7 @@ class _Entry:
                 truck.localise()
             if k % look == 0:
                 self._look(controller, truck, derived_seed("look", seed, k))
-            controller.is_held |= self._has_to_stop(controller)
+            controller.is_held |= self._has_to_stop(controller) or self._goes_astray(controller, truck)
             if controller.is_held.any() and not controller.speed.any():
                 self._look(controller, truck, derived_seed("look at rest", seed, k))
                 planned = self._planned_anew(truck)
@@ -227,6 +231,22 @@ class _Entry:
         braking = speed**2 / (2 * PLANNED_SHARE * self.area.truck.acceleration) + speed * PERIOD
         is_near = travel + braking + STOP_BEFORE > self._straight_at > travel
         return is_near and (self.seen is None or not self._leads_to(self.seen, TRUSTED))
+
+    def _goes_astray(self, controller: TrackingController, truck: NoisyTruck) -> bool:
+        """Whether the truck has to brake now, as straight on its forks would not get into the pockets.
+
+        It is asked just before braking would be too late: until then the truck may still come onto its path.
+        """
+        if self.seen is None:
+            return False
+        speed, travel = float(controller.speed[0]), float(controller.travel[0])
+        before = self.plan.path.length - travel - entry_depth(self.area, self.seen)  # m from tips to pallet
+        braking = speed**2 / (2 * PLANNED_SHARE * self.area.truck.acceleration) + speed * PERIOD
+        if not 0.0 < before < braking + STOP_BEFORE:
+            return False
+        ahead = np.linspace(0.0, before + FIRST_IN_POCKETS, N_AHEAD)
+        poses = np.array([posed(truck.believed[0], np.array([-each, 0.0, 0.0])) for each in ahead])
+        return pallet_gap(self.area, self.seen, poses) < LEAST_GAP
 
     def _planned_anew(self, truck: NoisyTruck) -> DrivePlan | None:
         """A drive from where the truck rests into the pallet where it was seen; None if there is none."""

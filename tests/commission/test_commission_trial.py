@@ -24,6 +24,8 @@ from pickcli.page.commission_page import commission_page
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PoseNoise
 from pickcli.simulation.reality import IDEAL
+from pickcli.strategy.node_types import TrialKind
+from pickcli.strategy.strategy_file import load_strategy
 from pickcli.trial.motion_record import motion_values, parse_motion
 from support.command_line import apc, misused, refused
 from support.commissions import SHIPPED, few, play, station_of, written
@@ -276,6 +278,48 @@ def test_the_command_plays_a_commission_and_writes_its_folder(two: Path, tmp_pat
     assert apc("show", folder, "-o", tmp_path / "run.html").code == 0
     (folder / "commission.yaml").write_text(json.dumps({**json.loads(two.read_text()), "apart": 0.05}))
     refused(apc("show", folder, "-o", tmp_path / "other.html"), 4, "is not the commission that the record")
+
+
+@pytest.mark.parametrize(("key", "position", "told"), [
+    ("start", [3.05, 2.3], "the truck has no room at its start: 0.000 m to the load"),
+    ("end", [3.05, 2.4], "the truck has no room at its end: 0.000 m to the load"),
+])  # fmt: skip
+def test_a_truck_that_would_stand_in_the_load_is_refused(
+    key: str, position: list[float], told: str, tmp_path: Path
+) -> None:
+    path = written(tmp_path, lambda data: data[key].update(position=position, yaw=0.0))
+    refused(apc("run-trial", path, "-o", tmp_path / "run"), 3, told)
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.slow
+def test_a_truck_that_comes_askew_to_the_pallet_stops_before_it_and_tries_again(tmp_path: Path) -> None:
+    """In the first entry of this seed it swings 66 mm aside right before the pockets."""
+    result = play(written(tmp_path, lambda data: few(data, "coke")), seed=602214).result
+    entries = [each for each in result.steps if each.action == "enter_pallet"]
+    assert result.is_success and result.n_collisions == 0
+    assert [each.is_success for each in entries] == [False, True]
+
+
+def test_forks_that_met_the_pallet_fail_the_entry_and_say_so(
+    station: CommissionStation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pickcli.commission.commission_truck.pallet_gap", lambda *_: -0.065)
+    truck = CommissionTruck(station, DriveNoise(), 5)
+    with pytest.raises(ActionError, match="the forks or the truck met the pallet, 65 mm deep"):
+        truck.enter()
+    assert truck.n_collisions == 1 and truck.drives[-1].figures["pallet_gap_m"] == -0.065
+
+
+def test_a_tree_that_fails_without_an_end_of_its_own_ends_the_trial_early(tmp_path: Path, two: Path) -> None:
+    tree = tmp_path / "early.yaml"
+    tree.write_text(
+        "format: apc strategy\nversion: 1\nname: early\ndescription: It chooses before it looked.\n"
+        "tree: {sequence: [enter_pallet, look_at_load]}\n"
+    )
+    strategy = load_strategy(str(tree), TrialKind.COMMISSION)
+    result = play(two, seed=5, strategy=strategy).result
+    assert result.aborted.startswith("look_at_load: ") and not result.is_success
 
 
 def test_an_aborted_commission_has_exit_code_6(tmp_path: Path) -> None:

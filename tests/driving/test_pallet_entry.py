@@ -9,18 +9,21 @@ import pytest
 
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.driving.drive_plan import DrivePlan
+from pickcli.driving.drive_tracking import TrackingController
 from pickcli.driving.driving_area import DrivingArea, FloorBox, StatedPallet
 from pickcli.driving.forks import Forks
 from pickcli.driving.free_space_proof import clearances
 from pickcli.driving.pallet_entry import (
     entered_pose,
+    entry_depth,
     pallet_gap,
     plan_entry,
     plan_exit,
     plan_in_area,
     renewed_entry,
 )
-from pickcli.driving.simulated_entries import entry_figures, simulate_entries
+from pickcli.driving.simulated_drives import DriveNoise, NoisyTruck
+from pickcli.driving.simulated_entries import _Entry, entry_figures, simulate_entries
 from pickcli.driving.steering_path import SteeringPath, posed, seen_from
 from pickcli.driving.truck_camera import TruckCamera
 from pickcli.errors import InputError, NoPlanError
@@ -112,6 +115,40 @@ def test_a_drive_out_of_a_pallet_goes_straight_until_the_forks_are_out() -> None
     past = replace(inside, boxes=(PALLET.footprint,))
     later = out.path.poses_at(np.linspace(1.5, out.path.length, 200))
     assert clearances(past, later).min() >= AREA.margin - 1e-3
+
+
+def test_where_a_lattice_has_no_way_on_from_a_place_one_a_little_farther_is_tried(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A booth, and a pose in a pallet, straight out of which the lattice reaches 24 states only."""
+    load = FloorBox("load", (3.05, 2.62), (0.6, 0.4))
+    start, goal = np.array([0.663, 1.8972, 0.0022]), np.array([3.2, 1.0, 0.0])
+    booth = DrivingArea((0.0, 0.0), (5.0, 3.0), (load,), start, goal, margin=0.05)
+    pallet = StatedPallet(EUR_FULL, posed(start, np.array([0.19, 0.0, 0.0])), 0.0, np.zeros(3))
+    assert plan_exit(booth, pallet).path.length > 2.0
+    monkeypatch.setattr("pickcli.driving.pallet_entry.FARTHER", (0.0,))
+    with pytest.raises(NoPlanError, match="24 states reached"):
+        plan_exit(booth, pallet)
+
+
+@pytest.mark.parametrize(("aside", "before", "astray"), [
+    (0.0, 0.1, False), (0.02, 0.07, False), (0.09, 0.07, True), (-0.09, 0.07, True),
+    (0.09, 0.5, False),  # it may come onto its path until then
+    (0.09, -0.05, False),  # too late to brake
+])  # fmt: skip
+def test_a_truck_whose_forks_would_miss_the_pockets_brakes_right_before_them(
+    plan: DrivePlan, aside: float, before: float, astray: bool
+) -> None:
+    truck = NoisyTruck(AREA.truck, AREA.start, DriveNoise(), 1, np.random.default_rng(0))
+    entry = _Entry(AREA, CAMERA, plan, PALLET, truck)
+    left = before + entry_depth(AREA, PALLET)
+    at = posed(entered_pose(AREA, PALLET), np.array([left, aside, 0.0]))
+    truck.believed[0] = at
+    controller = TrackingController(plan, 1)
+    controller.speed[0], controller.travel[0] = 0.2, plan.path.length - left
+    assert not entry._goes_astray(controller, truck)  # nothing was seen yet
+    entry.seen = PALLET
+    assert entry._goes_astray(controller, truck) is astray
 
 
 def test_a_drive_out_that_is_blocked_has_a_reason() -> None:
