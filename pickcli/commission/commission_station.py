@@ -231,10 +231,10 @@ class CommissionStation:
         commission, half = self.commission, self.pallet_in_truck
         delivered = with_thing_at(commission.delivery, half)
         stands = (
-            ("", "at its start", "start or load", commission.area.start, self.entering),
-            ("", "at its end", "end or load", commission.end, self.leaving),
             (" with its pallet", "at the load", "load", self.at_load, self._standing_loaded),
             (" with its pallet", "where it delivers", "load or delivery", delivered, self._standing_loaded),
+            ("", "at its start", "start or load", commission.area.start, self.entering),
+            ("", "at its end", "end or load", commission.end, self.leaving),
         )
         for with_it, where, moved, at, area_at in stands:
             area = area_at(at)
