@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace as replaced
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_trial import PlayedCommission
 from pickcli.errors import StaleError
 from pickcli.files.atomic_write import write_text
-from pickcli.motion.plan_file import write_plan
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene, write_scene
 from pickcli.trial.motion_record import (
@@ -23,6 +21,7 @@ from pickcli.trial.motion_record import (
     refuse_other_motion,
     write_motion,
 )
+from pickcli.trial.scene_plan import plan_writers
 from pickcli.trial.trial_folder import MOTION, RECORD, write_files
 from pickcli.trial.trial_record import record_digest, write_record
 
@@ -67,16 +66,9 @@ def write_commission_folder(
         writers[SCENE] = partial(write_scene, played.before)
         writers[MOTION] = partial(write_motion, values=motion)
     if with_plans:
-        writers |= dict(_plans(played))
+        writers |= dict(plan_writers(played.plans))
     writers[RECORD] = partial(write_record, record=record)
     return write_files(folder, writers, replace)
-
-
-def _plans(played: PlayedCommission) -> Iterator[tuple[str, Callable[[Path], None]]]:
-    """Yield the files of executed plans, by name, and what writes them; without wall times."""
-    for k, each in enumerate(played.plans, start=1):
-        yield f"plan_{k:03}.json", partial(write_plan, replaced(each.plan, statistics={}))
-        yield f"seen_{k:03}.json", partial(write_scene, each.seen)
 
 
 def read_commission_motion(

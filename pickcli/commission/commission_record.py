@@ -13,12 +13,9 @@ from pickcli.commission.commission_file import read_commission
 from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.driving.drive_tracking import PERIOD
-from pickcli.errors import InputError, StaleError
-from pickcli.files.bounded_reading import read_text
-from pickcli.files.file_kind import TRIAL
-from pickcli.files.json_reader import parse_json
+from pickcli.errors import StaleError
 from pickcli.geometry import Array
-from pickcli.trial.trial_record import MAX_BYTES, package_versions
+from pickcli.trial.trial_record import package_versions, read_record_of, states_format
 
 FORMAT = "apc-commission-trial"
 VERSION = 1
@@ -86,7 +83,7 @@ def is_commission_record(path: Path) -> bool:
     Raises:
         InputError: The file cannot be read.
     """
-    return _made_from(_parsed(path)).get("format") == FORMAT
+    return states_format(path, FORMAT)
 
 
 def read_commission_record(path: Path) -> dict[str, Any]:
@@ -102,15 +99,7 @@ def read_commission_record(path: Path) -> dict[str, Any]:
         InputError: The file cannot be read, or is no such record.
         StaleError: It has another version of the format.
     """
-    record = _parsed(path)
-    made = _made_from(record)
-    if made.get("format") != FORMAT:
-        raise InputError(f"{path}: made_from.format is not {FORMAT!r}: no record of a commission; play one")
-    if made.get("version") != VERSION:
-        raise StaleError(f"{path}: is of version {made.get('version')}, not {VERSION}; play the trial again")
-    if lacking := KEYS - record.keys():
-        raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
-    return record
+    return read_record_of(path, FORMAT, VERSION, KEYS, "a commission")
 
 
 def read_played_commission(path: Path, record: dict[str, Any]) -> Commission:
@@ -137,13 +126,3 @@ def _thinned(poses: Array) -> Array:
     """Every ``DRIVE_STEP``-th pose, and the last one."""
     kept = poses[::DRIVE_STEP]
     return kept if len(poses) % DRIVE_STEP == 1 else np.vstack([kept, poses[-1:]])
-
-
-def _parsed(path: Path) -> dict[str, Any]:
-    found = parse_json(read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path))
-    return found if isinstance(found, dict) else {}
-
-
-def _made_from(record: dict[str, Any]) -> dict[str, Any]:
-    made = record.get("made_from")
-    return made if isinstance(made, dict) else {}

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace as replaced
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from pickcli.cell.schemas.items_text import items_text
 from pickcli.files.atomic_write import write_text
-from pickcli.motion.plan_file import write_plan
 from pickcli.palletizing.carton_item import carton_item
 from pickcli.palletizing.pallet_stack_file import StackedPallet, write_stacked_pallet
 from pickcli.scene.scene_file import write_scene
 from pickcli.trial.motion_record import motion_values, write_motion
 from pickcli.trial.pallet_station import PalletStation
 from pickcli.trial.pallet_trial import PlayedPallet
+from pickcli.trial.scene_plan import plan_writers
 from pickcli.trial.trial_folder import MOTION, RECORD, write_files
 from pickcli.trial.trial_record import record_digest, write_record
 
@@ -60,13 +59,6 @@ def write_pallet_folder(
         MOTION: partial(write_motion, values=motion),
     }
     if with_plans:
-        writers |= dict(_plans(played))
+        writers |= dict(plan_writers(played.plans))
     writers[RECORD] = partial(write_record, record=record)
     return write_files(folder, writers, replace)
-
-
-def _plans(played: PlayedPallet) -> Iterator[tuple[str, Callable[[Path], None]]]:
-    """Yield the files of executed plans, by name, and what writes them; without wall times."""
-    for k, each in enumerate(played.plans, start=1):
-        yield f"plan_{k:03}.json", partial(write_plan, replaced(each.plan, statistics={}))
-        yield f"seen_{k:03}.json", partial(write_scene, each.seen)

@@ -6,14 +6,11 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from pickcli.errors import InputError, StaleError
-from pickcli.files.bounded_reading import read_text
-from pickcli.files.file_kind import TRIAL
-from pickcli.files.json_reader import parse_json
+from pickcli.errors import StaleError
 from pickcli.palletizing.pallet_stack_file import StackedPallet, read_pallet_stack, stack_text
 from pickcli.trial.pallet_station import PalletStation
 from pickcli.trial.pallet_trial import PalletTrialRequest, PlayedPallet
-from pickcli.trial.trial_record import MAX_BYTES, package_versions
+from pickcli.trial.trial_record import package_versions, read_record_of, states_format
 
 FORMAT = "apc-pallet-trial"
 VERSION = 2
@@ -67,8 +64,7 @@ def is_pallet_record(path: Path) -> bool:
     Raises:
         InputError: The file cannot be read.
     """
-    made = _made_from(_parsed(path))
-    return made.get("format") == FORMAT
+    return states_format(path, FORMAT)
 
 
 def read_pallet_record(path: Path) -> dict[str, Any]:
@@ -84,16 +80,7 @@ def read_pallet_record(path: Path) -> dict[str, Any]:
         InputError: The file cannot be read, or is no such record.
         StaleError: It has another version of the format.
     """
-    record = _parsed(path)
-    made = _made_from(record)
-    if made.get("format") != FORMAT:
-        raise InputError(f"{path}: made_from.format is not {FORMAT!r}: no record of a pallet; play one")
-    if made.get("version") != VERSION:
-        raise StaleError(f"{path}: is of version {made.get('version')}, not {VERSION}; play the trial again")
-    lacking = KEYS - record.keys()
-    if lacking:
-        raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
-    return record
+    return read_record_of(path, FORMAT, VERSION, KEYS, "a pallet")
 
 
 def read_recorded_stack(path: Path, record: dict[str, Any]) -> StackedPallet:
@@ -118,13 +105,3 @@ def read_recorded_stack(path: Path, record: dict[str, Any]) -> StackedPallet:
 
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _parsed(path: Path) -> dict[str, Any]:
-    found = parse_json(read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path))
-    return found if isinstance(found, dict) else {}
-
-
-def _made_from(record: dict[str, Any]) -> dict[str, Any]:
-    made = record.get("made_from")
-    return made if isinstance(made, dict) else {}

@@ -11,7 +11,7 @@ import hashlib
 import json
 import platform
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -186,16 +186,59 @@ def read_record(path: Path) -> dict[str, Any]:
         InputError: The file cannot be read, is no record, or lacks required fields: with every field.
         StaleError: It has another version of the format.
     """
-    record: dict[str, Any] = parse_json(
-        read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path)
-    )
-    made = record.get("made_from") if isinstance(record, dict) else None
-    if not isinstance(made, dict) or made.get("format") != FORMAT:
-        raise InputError(f"{path}: made_from.format is not {FORMAT!r}: no record of a trial; play one")
-    if made.get("version") != VERSION:
-        raise StaleError(f"{path}: is of version {made.get('version')}, not {VERSION}; play the trial again")
+    record = read_record_of(path, FORMAT, VERSION, frozenset(), "a trial")
     refuse_bad_record(record, str(path))
     return record
+
+
+def read_record_of(path: Path, format_: str, version: int, keys: Set[str], kind: str) -> dict[str, Any]:
+    """Read the record of a trial of some kind.
+
+    Args:
+        path: The file.
+        format_: The format that it must state.
+        version: And its version.
+        keys: Fields that it must have.
+        kind: What was played, as ``a pallet``, for messages.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: The file cannot be read, or is no such record.
+        StaleError: It has another version of the format.
+    """
+    record, made = _parsed(path)
+    if made.get("format") != format_:
+        raise InputError(f"{path}: made_from.format is not {format_!r}: no record of {kind}; play one")
+    if made.get("version") != version:
+        raise StaleError(f"{path}: is of version {made.get('version')}, not {version}; play the trial again")
+    if lacking := keys - record.keys():
+        raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
+    return record
+
+
+def states_format(path: Path, format_: str) -> bool:
+    """Tell whether a record states a format.
+
+    Args:
+        path: The file.
+        format_: The format.
+
+    Returns:
+        True if it does.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    return bool(_parsed(path)[1].get("format") == format_)
+
+
+def _parsed(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A record, and what it says that it was made from; {} of what is none."""
+    record = parse_json(read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path))
+    made = record.get("made_from") if isinstance(record, dict) else None
+    return (record, made) if isinstance(made, dict) else ({}, {})
 
 
 def package_versions() -> dict[str, str]:

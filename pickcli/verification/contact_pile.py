@@ -6,7 +6,7 @@ item and with a margin, whether certain contacts do.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -93,17 +93,7 @@ class ContactPile:
         Returns:
             Their ids.
         """
-        found: set[str] = set()
-        todo = [item_id]
-        while todo:
-            above = {
-                c.b.name
-                for c in self.touching[todo.pop()]
-                if not c.b.is_firm and -c.normal[2] >= LYING_NORMAL_Z
-            }
-            todo += above - found - {item_id}
-            found |= above - {item_id}
-        return frozenset(found)
+        return self._reached(item_id, lambda contact: -contact.normal[2] >= LYING_NORMAL_Z)
 
     def carrying(self, item_id: str) -> frozenset[str]:
         """Return the items that carry an item, directly or through others.
@@ -114,16 +104,16 @@ class ContactPile:
         Returns:
             Their ids.
         """
+        return self._reached(item_id, lambda contact: contact.normal[2] >= CARRYING_NORMAL_Z)
+
+    def _reached(self, item_id: str, leads_on: Callable[[PileContact], bool]) -> frozenset[str]:
+        """Return the items that one is linked to by contacts of a kind, each seen from where it leads on."""
         found: set[str] = set()
         todo = [item_id]
         while todo:
-            below = {
-                c.b.name
-                for c in self.touching[todo.pop()]
-                if not c.b.is_firm and c.normal[2] >= CARRYING_NORMAL_Z
-            }
-            todo += below - found - {item_id}
-            found |= below - {item_id}
+            beyond = {c.b.name for c in self.touching[todo.pop()] if not c.b.is_firm and leads_on(c)}
+            todo += beyond - found - {item_id}
+            found |= beyond - {item_id}
         return frozenset(found)
 
     def lies_level(self, item_id: str, loose: Set[str] = frozenset()) -> bool:
