@@ -31,7 +31,7 @@ from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
 from pickcli.seeds import derived_rng
-from pickcli.trial.stream_arms import destination_of
+from pickcli.stream_trials.stream_arms import destination_of
 
 N_ITEMS = 8
 STARTS = {"conveyor_sia20": ("drop_01",), "pr2_belt": ("home", "bin_{arm}")}  # named configurations

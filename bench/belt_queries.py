@@ -31,8 +31,8 @@ from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
 from pickcli.seeds import derived_rng
+from pickcli.stream_trials.stream_trial import SPEED_ERROR
 from pickcli.trial.pose_noise import DEFAULT_NOISE
-from pickcli.trial.stream_trial import SPEED_ERROR
 from pickcli.verification.verify import certifier
 
 CELL, ARMS = "pr2_belt", ("left", "right")

@@ -19,7 +19,7 @@ from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_optio
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
-    from pickcli.trial.stream_result import StreamTrialResult
+    from pickcli.stream_trials.stream_result import StreamTrialResult
 
 RECORD = "trial.json"
 FEW = 8  # reasons that are printed
@@ -41,7 +41,7 @@ def stream_rule_option(function: F) -> F:
     Returns:
         The command with the option.
     """
-    from pickcli.trial.stream_rules import StreamRule
+    from pickcli.stream_trials.stream_rules import StreamRule
 
     return click.option(
         "--stream-rule", type=click.Choice([str(each) for each in StreamRule], case_sensitive=False),
@@ -113,11 +113,11 @@ def play_stream_file(
     from pickcli.cell.cell_file import load_workcell
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import read_reality
-    from pickcli.trial.belt_camera import BeltCamera
-    from pickcli.trial.stream_arms import destination_of
-    from pickcli.trial.stream_record import stream_record
-    from pickcli.trial.stream_rules import StreamRule
-    from pickcli.trial.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
+    from pickcli.stream_trials.belt_camera import BeltCamera
+    from pickcli.stream_trials.stream_arms import destination_of
+    from pickcli.stream_trials.stream_record import stream_record
+    from pickcli.stream_trials.stream_rules import StreamRule
+    from pickcli.stream_trials.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
     from pickcli.trial.trial_folder import refuse_existing_folder
     from pickcli.trial.trial_record import write_record
 

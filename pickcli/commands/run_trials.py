@@ -26,9 +26,9 @@ from pickcli.perception.textures.sift_views import NO_SIFT
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
+    from pickcli.monte_carlo.trial_job import TrialJob
+    from pickcli.monte_carlo.trials_folder import TrialsReport
     from pickcli.trial.order import Order
-    from pickcli.trial.trial_job import TrialJob
-    from pickcli.trial.trials_folder import TrialsReport
 
 MOST_SEEDS = 10_000
 LARGEST_SEED = 2**31 - 1
@@ -95,9 +95,9 @@ def command(
       apc run-trials jsk_pick_sample delft_pick_2 --seeds 0:20 --jobs 2 -o runs/many
     """
     from pickcli.cell.cell_file import load_workcell
+    from pickcli.monte_carlo.trials_folder import refuse_trials_folder
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.order_file import order_file
-    from pickcli.trial.trials_folder import refuse_trials_folder
 
     workcell = load_workcell(options.cell_name, options.items_path)
     reality = read_reality(options.reality_path)
@@ -111,7 +111,7 @@ def command(
         refuse_reading(output / name, *files, *options.inputs)
 
     from pickcli.jobs.job import sources_digest
-    from pickcli.trial.trial_job import TrialJob
+    from pickcli.monte_carlo.trial_job import TrialJob
 
     conditions = options.conditions(reality)
     contexts = options.planning_contexts(cells)
@@ -175,9 +175,9 @@ def _play(
 ) -> TrialsReport:  # fmt: skip
     """Play the trials and write the folder. An interrupted run keeps its trials in a journal there."""
     from pickcli.jobs.job_run import Build
+    from pickcli.monte_carlo.trials_folder import SUMMARY, is_interrupted, play_trials, write_trials
     from pickcli.page.html_page import page_bytes
     from pickcli.page.trials_page import trials_page
-    from pickcli.trial.trials_folder import SUMMARY, is_interrupted, play_trials, write_trials
 
     jobs, scheduler, as_json = who
     replaced = overwrite or is_interrupted(output)
@@ -243,8 +243,8 @@ def _shift(stated: Displacement | str | None, is_random: bool) -> Any:
 
 def _lines(report: TrialsReport, output: Path) -> list[str]:
     """Format the most important results."""
-    from pickcli.trial.success_rate import SuccessRate
-    from pickcli.trial.trials_folder import PAGE, SUMMARY
+    from pickcli.monte_carlo.success_rate import SuccessRate
+    from pickcli.monte_carlo.trials_folder import PAGE, SUMMARY
 
     summary = report.summary
     share, rate, clock = summary["score_share"], summary["delivered"], summary["statistics"]

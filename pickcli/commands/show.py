@@ -160,10 +160,10 @@ def _has_trials(path: Path) -> bool:
 def _pallet_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     """Build the page of a trial of a pallet. Raises StaleError if its files are not of one trial."""
     from pickcli.page.pallet_trial_page import pallet_trial_page
+    from pickcli.pallet_trials.pallet_folder import STACK
+    from pickcli.pallet_trials.pallet_record import read_pallet_record, read_recorded_stack
+    from pickcli.pallet_trials.pallet_station import PalletStation
     from pickcli.trial.motion_record import read_motion, refuse_other_motion
-    from pickcli.trial.pallet_folder import STACK
-    from pickcli.trial.pallet_record import read_pallet_record, read_recorded_stack
-    from pickcli.trial.pallet_station import PalletStation
     from pickcli.trial.trial_folder import MOTION
     from pickcli.trial.trial_record import record_digest
 
@@ -209,9 +209,9 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
     from pickcli.cell.cell_file import load_workcell
     from pickcli.commission.commission_record import is_commission_record
     from pickcli.page.trial_page import trial_page
+    from pickcli.pallet_trials.pallet_record import is_pallet_record
     from pickcli.scene.scene_file import scene_hash
     from pickcli.trial.motion_record import read_motion, refuse_other_motion, refuse_other_record
-    from pickcli.trial.pallet_record import is_pallet_record
     from pickcli.trial.trial_folder import MOTION, read_look_pictures
     from pickcli.trial.trial_record import read_record
 
@@ -244,8 +244,8 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
 
 
 def _trials(folder: Path) -> PageDocument:
+    from pickcli.monte_carlo.trials_folder import read_trials
     from pickcli.page.trials_page import trials_page
-    from pickcli.trial.trials_folder import read_trials
 
     return trials_page(read_trials(folder))
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from pickcli.trial.success_rate import SuccessRate
-from pickcli.trial.trial_statistics import TrialStatistics, spread
+from pickcli.monte_carlo.success_rate import SuccessRate
+from pickcli.monte_carlo.trial_statistics import TrialStatistics, spread
 
 
 def target(place: str, item: str, points: int, reason: str = "", motion_s: float = 5.0) -> dict[str, Any]:

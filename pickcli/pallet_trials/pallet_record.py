@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.errors import StaleError
+from pickcli.pallet_trials.pallet_station import PalletStation
+from pickcli.pallet_trials.pallet_trial import PalletTrialRequest, PlayedPallet
 from pickcli.palletizing.pallet_stack_file import StackedPallet, read_pallet_stack, stack_text
-from pickcli.trial.pallet_station import PalletStation
-from pickcli.trial.pallet_trial import PalletTrialRequest, PlayedPallet
 from pickcli.trial.trial_record import package_versions, read_record_of, states_format
 
 FORMAT = "apc-pallet-trial"

@@ -18,10 +18,10 @@ from pickcli.files.file_kind import TRIALS
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_run import Build
 from pickcli.jobs.journal import journals
+from pickcli.monte_carlo.trial_job import TrialJob, files_of
+from pickcli.monte_carlo.trial_statistics import Record, TrialStatistics, score_share
 from pickcli.trial.trial_folder import refuse_existing_folder
-from pickcli.trial.trial_job import TrialJob, files_of
 from pickcli.trial.trial_record import read_record
-from pickcli.trial.trial_statistics import Record, TrialStatistics, score_share
 
 FORMAT, VERSION = "apc-trials", 1
 SUMMARY, PAGE, RECORD = "trials.json", "trials.html", "trial.json"

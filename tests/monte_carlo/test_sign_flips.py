@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from pickcli.geometry import Array
-from pickcli.trial.sign_flips import SignFlipTest
+from pickcli.monte_carlo.sign_flips import SignFlipTest
 
 VALUES = st.lists(st.integers(-8, 8).map(float), min_size=1, max_size=10).map(np.array)
 

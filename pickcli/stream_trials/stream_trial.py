@@ -30,13 +30,18 @@ from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import World
-from pickcli.trial.belt_camera import BeltCamera
-from pickcli.trial.belt_perception import BeltPerception
-from pickcli.trial.meeting_watch import MeetingWatch
+from pickcli.stream_trials.belt_camera import BeltCamera
+from pickcli.stream_trials.belt_perception import BeltPerception
+from pickcli.stream_trials.meeting_watch import MeetingWatch
+from pickcli.stream_trials.stream_arms import StreamArms, destination_of
+from pickcli.stream_trials.stream_result import (
+    ItemOutcome,
+    MeetingRecord,
+    StreamItemResult,
+    StreamTrialResult,
+)
+from pickcli.stream_trials.stream_rules import StreamRule
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
-from pickcli.trial.stream_arms import StreamArms, destination_of
-from pickcli.trial.stream_result import ItemOutcome, MeetingRecord, StreamItemResult, StreamTrialResult
-from pickcli.trial.stream_rules import StreamRule
 from pickcli.verification.verify import certifier
 
 QUERY_CHARGE = 0.3  # s of the belt's time for each query: planning and verification take 0.25 s

@@ -13,9 +13,9 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.belt_query import InterceptQuery
 from pickcli.planning.intercept import plan_intercept, why_never
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.trial.stream_result import ItemOutcome
-from pickcli.trial.stream_rules import StreamRule
-from pickcli.trial.stream_trial import StreamTrialRequest, play_stream
+from pickcli.stream_trials.stream_result import ItemOutcome
+from pickcli.stream_trials.stream_rules import StreamRule
+from pickcli.stream_trials.stream_trial import StreamTrialRequest, play_stream
 from pickcli.verification.verify import certifier
 from support import belt_picks, pr2_picks
 from support.command_line import apc, misused

@@ -9,8 +9,8 @@ import pytest
 from pickcli.cell.data_path import data_path
 from pickcli.planning.pick_settings import DropPlace
 from pickcli.scene.stream_file import read_stream
-from pickcli.trial.stream_result import ItemOutcome
-from pickcli.trial.stream_trial import StreamTrialRequest, play_stream
+from pickcli.stream_trials.stream_result import ItemOutcome
+from pickcli.stream_trials.stream_trial import StreamTrialRequest, play_stream
 from support.pr2_picks import context
 
 

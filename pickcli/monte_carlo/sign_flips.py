@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.geometry import Array
+from pickcli.monte_carlo.success_rate import CONFIDENCE
 from pickcli.seeds import derived_rng
-from pickcli.trial.success_rate import CONFIDENCE
 
 EXACT = 14  # largest number of values for which all 2^n sign assignments are enumerated
 N_FLIPS = 9999  # random assignments for more values

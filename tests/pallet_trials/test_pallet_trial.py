@@ -14,17 +14,17 @@ import yaml
 from pickcli.files.packed_array import unpacked
 from pickcli.page.page_scene import Tone
 from pickcli.page.pallet_trial_page import pallet_trial_page
+from pickcli.pallet_trials import pallet_trial
+from pickcli.pallet_trials.pallet_folder import write_pallet_folder
+from pickcli.pallet_trials.pallet_record import pallet_record
+from pickcli.pallet_trials.pallet_result import CartonOutcome
+from pickcli.pallet_trials.pallet_station import PalletStation
+from pickcli.pallet_trials.pallet_trial import PalletTrialRequest, PlayedPallet, play_pallet
 from pickcli.palletizing.pallet_stack_file import write_stacked_pallet
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.simulation import supervision
 from pickcli.simulation.execution import Execution
-from pickcli.trial import pallet_trial
 from pickcli.trial.motion_record import read_motion
-from pickcli.trial.pallet_folder import write_pallet_folder
-from pickcli.trial.pallet_record import pallet_record
-from pickcli.trial.pallet_result import CartonOutcome
-from pickcli.trial.pallet_station import PalletStation
-from pickcli.trial.pallet_trial import PalletTrialRequest, PlayedPallet, play_pallet
 from support.command_line import apc, misused, refused
 from support.pallet_stacks import CARTONS, LOW, PALLET, pallet_cell, stack_of, station
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from pickcli.errors import InputError
-from pickcli.trial.sign_flips import SignFlipTest
-from pickcli.trial.trial_comparison import TrialComparison
+from pickcli.monte_carlo.sign_flips import SignFlipTest
+from pickcli.monte_carlo.trial_comparison import TrialComparison
 from support.command_line import apc, refused
 from support.scripted_trials import write_scripted_trials
 

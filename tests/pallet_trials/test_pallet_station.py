@@ -10,10 +10,10 @@ import pytest
 from pickcli.cell.cell_file import load_workcell
 from pickcli.errors import InputError
 from pickcli.geometry import pose
+from pickcli.pallet_trials.pallet_result import SetDownDeviation
+from pickcli.pallet_trials.pallet_station import PalletStation, side_of_arm
 from pickcli.palletizing.pallet_order import CONTAINERS, Carton, Pallet
 from pickcli.scene.scene import PoseNoise
-from pickcli.trial.pallet_result import SetDownDeviation
-from pickcli.trial.pallet_station import PalletStation, side_of_arm
 from pickcli.trial.standing_items import standing
 from support.pallet_stacks import CARTONS, PALLET, pallet_cell, stack_of, station
 

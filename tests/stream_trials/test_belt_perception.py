@@ -10,8 +10,8 @@ import pytest
 from pickcli.geometry import inverse, rotation_angle
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
-from pickcli.trial.belt_camera import BeltCamera, encoder_travel
-from pickcli.trial.belt_perception import BeltPerception
+from pickcli.stream_trials.belt_camera import BeltCamera, encoder_travel
+from pickcli.stream_trials.belt_perception import BeltPerception
 from support.belt_picks import cell
 
 CHARGE = 0.3

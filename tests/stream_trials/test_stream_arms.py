@@ -10,7 +10,7 @@ import pytest
 from pickcli.errors import InputError
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE
-from pickcli.trial.stream_arms import StreamArms, destination_of
+from pickcli.stream_trials.stream_arms import StreamArms, destination_of
 from support import belt_picks
 from support.pr2_picks import context, stream
 

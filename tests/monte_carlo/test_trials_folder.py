@@ -12,11 +12,9 @@ import pytest
 from pickcli.errors import InputError
 from pickcli.jobs.executors import ProcessExecutor, SerialExecutor
 from pickcli.jobs.job_run import Build, BuildProgress, RunOptions
-from pickcli.page.html_page import page_bytes
-from pickcli.page.trials_page import trials_page
-from pickcli.trial import trials_folder
-from pickcli.trial.trial_job import TrialJob
-from pickcli.trial.trials_folder import (
+from pickcli.monte_carlo import trials_folder
+from pickcli.monte_carlo.trial_job import TrialJob
+from pickcli.monte_carlo.trials_folder import (
     SUMMARY,
     TrialsReport,
     is_interrupted,
@@ -25,6 +23,8 @@ from pickcli.trial.trials_folder import (
     refuse_trials_folder,
     write_trials,
 )
+from pickcli.page.html_page import page_bytes
+from pickcli.page.trials_page import trials_page
 from support.command_line import apc
 from support.scripted_trials import ScriptedJob
 

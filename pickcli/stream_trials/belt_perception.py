@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.perception.tracking.belt_tracker import WITHIN, BeltTracker
 from pickcli.perception.tracking.sighting import Detection, Sighting
 from pickcli.scene.item_stream import ItemStream, RidingItem
-from pickcli.trial.belt_camera import BeltCamera, encoder_travel
+from pickcli.stream_trials.belt_camera import BeltCamera, encoder_travel
 
 
 class BeltPerception:

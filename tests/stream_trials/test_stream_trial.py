@@ -18,9 +18,9 @@ from pickcli.scene.item_stream import ItemStream
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.world import World
-from pickcli.trial.belt_camera import BeltCamera
-from pickcli.trial.stream_result import ItemOutcome, StreamTrialResult
-from pickcli.trial.stream_trial import MOST_ATTEMPTS, StreamTrialRequest, play_stream
+from pickcli.stream_trials.belt_camera import BeltCamera
+from pickcli.stream_trials.stream_result import ItemOutcome, StreamTrialResult
+from pickcli.stream_trials.stream_trial import MOST_ATTEMPTS, StreamTrialRequest, play_stream
 from support.belt_picks import cell, context
 
 
@@ -83,7 +83,7 @@ def test_the_stated_error_of_the_speed_holds_the_true_speed(monkeypatch: pytest.
         believed.append(stream)
         raise NoPlanError("pick", [Reason("no", "", "")])
 
-    monkeypatch.setattr("pickcli.trial.stream_trial.plan_intercept", remember)
+    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", remember)
     play_stream(StreamTrialRequest(of(2, 0.33, (0.3, 0.4))), [context()])
     assert len(believed) > 5
     assert all(each.speed - each.speed_error <= 0.33 <= each.speed for each in believed)
@@ -108,7 +108,7 @@ def test_an_item_that_was_knocked_off_the_belt_is_decided(monkeypatch: pytest.Mo
         world.engine.set_velocity(bystander, np.array([0.0, 2.0, 1.5]))
         return execute(plan, world, **rest)
 
-    monkeypatch.setattr("pickcli.trial.stream_trial.execute", push)
+    monkeypatch.setattr("pickcli.stream_trials.stream_trial.execute", push)
     result = play_stream(StreamTrialRequest(stream), [context()])
     assert result.items[1].outcome is ItemOutcome.LOST and "knocked off" in result.items[1].reason
 
@@ -123,7 +123,7 @@ def test_an_item_that_leaves_sooner_than_any_pick_takes_costs_no_query(
         asked.setdefault(query.item, []).append(left)
         return plan_intercept(context, stream, query, *rest)
 
-    monkeypatch.setattr("pickcli.trial.stream_trial.plan_intercept", remember)
+    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", remember)
     result = play_stream(StreamTrialRequest(of(4, 0.33, (0.25, 0.3))), [context()])
     first, *others = result.items
     assert first.outcome is ItemOutcome.DELIVERED and len(asked[first.item]) == 1

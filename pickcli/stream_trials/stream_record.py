@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from pickcli.trial.stream_result import StreamTrialResult
-from pickcli.trial.stream_trial import StreamTrialRequest
+from pickcli.stream_trials.stream_result import StreamTrialResult
+from pickcli.stream_trials.stream_trial import StreamTrialRequest
 from pickcli.trial.trial_record import package_versions
 
 FORMAT = "apc stream trial"

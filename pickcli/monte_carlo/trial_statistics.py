@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.trial.sign_flips import FEWEST, SignFlipTest
-from pickcli.trial.success_rate import SuccessRate
+from pickcli.monte_carlo.sign_flips import FEWEST, SignFlipTest
+from pickcli.monte_carlo.success_rate import SuccessRate
 from pickcli.trial.trial_result import Outcome, Stage
 
 MAX_CAUSE = 160  # characters of a cause

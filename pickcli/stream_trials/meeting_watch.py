@@ -8,7 +8,7 @@ from pickcli.geometry import inverse
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.simulation.world import ROBOT, World
-from pickcli.trial.stream_result import MeetingRecord
+from pickcli.stream_trials.stream_result import MeetingRecord
 
 TOUCH = 0.001  # m of the tool from its planned place, along its axis, within which it is at the item
 NEAR = 0.03  # m of the tool from that place across its axis, beyond which it is not on its way there

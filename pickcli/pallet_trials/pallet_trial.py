@@ -15,6 +15,13 @@ import numpy as np
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
 from pickcli.motion.plan import Plan
+from pickcli.pallet_trials.pallet_result import (
+    CartonOutcome,
+    CartonResult,
+    PalletTrialResult,
+    SetDownDeviation,
+)
+from pickcli.pallet_trials.pallet_station import INFEED, PALLET, PalletStation
 from pickcli.palletizing.pallet_stack import Placement
 from pickcli.palletizing.pallet_stack_file import StackedPallet
 from pickcli.planning.pick import plan_pick
@@ -30,8 +37,6 @@ from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import World
 from pickcli.trial.certifier import Certifier
-from pickcli.trial.pallet_result import CartonOutcome, CartonResult, PalletTrialResult, SetDownDeviation
-from pickcli.trial.pallet_station import INFEED, PALLET, PalletStation
 from pickcli.trial.pose_noise import perceive
 from pickcli.trial.scene_plan import ScenePlan
 from pickcli.trial.standing_items import standing

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from pickcli.errors import InputError
-from pickcli.trial.sign_flips import FEWEST, SignFlipTest
-from pickcli.trial.trial_statistics import Record, score_share
+from pickcli.monte_carlo.sign_flips import FEWEST, SignFlipTest
+from pickcli.monte_carlo.trial_statistics import Record, score_share
 
 FIGURES: dict[str, Callable[[Record], float]] = {  # of one trial, by name
     "score_share": score_share,

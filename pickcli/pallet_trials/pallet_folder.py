@@ -9,12 +9,12 @@ from typing import Any
 
 from pickcli.cell.schemas.items_text import items_text
 from pickcli.files.atomic_write import write_text
+from pickcli.pallet_trials.pallet_station import PalletStation
+from pickcli.pallet_trials.pallet_trial import PlayedPallet
 from pickcli.palletizing.carton_item import carton_item
 from pickcli.palletizing.pallet_stack_file import StackedPallet, write_stacked_pallet
 from pickcli.scene.scene_file import write_scene
 from pickcli.trial.motion_record import motion_values, write_motion
-from pickcli.trial.pallet_station import PalletStation
-from pickcli.trial.pallet_trial import PlayedPallet
 from pickcli.trial.scene_plan import plan_writers
 from pickcli.trial.trial_folder import MOTION, RECORD, write_files
 from pickcli.trial.trial_record import record_digest, write_record
