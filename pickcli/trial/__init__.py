@@ -20,6 +20,6 @@ Read in this order:
   `trial_result`; `trial_folder` stores it with its `trial_record`, the `motion_record` and the official
   `output_file`; `trial_summary` has the rows of its table. `record_schema` and `motion_schema` validate
   stored records and motions.
-- A `played_trial` is everything that a folder stores. In trials of pallets and commissions, `standing_items` is
-  what is known of items that stand, and a `scene_plan` a plan that was executed.
+- A `played_trial` is everything that a folder stores. In trials of pallets and commissions,
+  `standing_items` is what is known of items that stand, and a `scene_plan` a plan that was executed.
 """

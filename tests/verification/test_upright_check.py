@@ -14,7 +14,7 @@ from pickcli.motion.plan_file import motion_hash, read_plan, write_plan
 from pickcli.planning.assembly.tilt_bound import why_tilted
 from pickcli.verification.upright_check import check_upright
 from pickcli.verification.verify import certifier
-from support.belt_picks import belt_pick, cell, context
+from support.belt_picks import belt_pick, context
 
 
 def faults(degrees: float, **changes: object) -> list[str]:
