@@ -182,8 +182,8 @@ def plan_from_stream(
     """
     from pickcli.commands.stated_pick import destination
     from pickcli.errors import NoPlanError, UnknownNameError
-    from pickcli.planning.belt_query import InterceptQuery
-    from pickcli.planning.intercept import plan_intercept
+    from pickcli.planning.belt_picks.belt_query import InterceptQuery
+    from pickcli.planning.belt_picks.intercept import plan_intercept
 
     if item is None:
         raise click.UsageError("name the item by its id in the stream, with --item")

@@ -12,8 +12,8 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.assembly.tilt_bound import tilts, why_tilted
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.scene.item_stream import ItemStream
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.trajectory_sampling import states_at

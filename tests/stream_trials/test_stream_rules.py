@@ -10,8 +10,8 @@ import pytest
 from pickcli.errors import NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept, why_never
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept, why_never
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.stream_trials.stream_result import ItemOutcome
 from pickcli.stream_trials.stream_rules import StreamRule

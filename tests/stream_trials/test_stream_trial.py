@@ -10,8 +10,8 @@ import pytest
 
 from pickcli.errors import NoPlanError, Reason
 from pickcli.motion.plan import Plan
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream

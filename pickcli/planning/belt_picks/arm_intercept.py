@@ -24,28 +24,28 @@ from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Certify, Plan
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assembly.carried_motion import carried_motion
-from pickcli.planning.assembly.followed_stitching import (
+from pickcli.planning.assembly.proven_timing import proven_run
+from pickcli.planning.belt_picks.belt_grasps import BeltGrasps
+from pickcli.planning.belt_picks.belt_meetings import INWARD, BeltMeeting, BeltMeetings, MeetingTimes
+from pickcli.planning.belt_picks.belt_query import InterceptQuery, QueryBelt
+from pickcli.planning.belt_picks.belt_raise import raised_over_belt
+from pickcli.planning.belt_picks.follow_bounds import RideTimes, why_unreached
+from pickcli.planning.belt_picks.followed_stitching import (
     FollowedMeeting,
     FollowedTaking,
     follow_lines,
     stitch_followed,
 )
-from pickcli.planning.assembly.proven_timing import proven_run
-from pickcli.planning.assembly.tracked_stitching import TimedTaking
-from pickcli.planning.belt_query import InterceptQuery, QueryBelt
+from pickcli.planning.belt_picks.line_pace import line_pace, paced_lines
+from pickcli.planning.belt_picks.tracked_stitching import TimedTaking
 from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.region_query import RegionSearch
-from pickcli.planning.stages.belt_grasps import BeltGrasps
-from pickcli.planning.stages.belt_meetings import INWARD, BeltMeeting, BeltMeetings, MeetingTimes
-from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.extraction import CorridorSet
-from pickcli.planning.stages.follow_bounds import RideTimes, why_unreached
 from pickcli.planning.stages.grasp_motion import arm_seeds, plan_grasp_motion
 from pickcli.planning.stages.grasp_selection import searches_of
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
-from pickcli.planning.stages.line_pace import line_pace, paced_lines
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
 from pickcli.seeds import derived_rng

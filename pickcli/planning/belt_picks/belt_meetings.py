@@ -17,9 +17,9 @@ from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.belt_picks.belt_grasps import BeltGrasps
+from pickcli.planning.belt_picks.belt_reach import BeltReach, belt_reaches
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.belt_grasps import BeltGrasps
-from pickcli.planning.stages.belt_reach import BeltReach, belt_reaches
 from pickcli.planning.stages.grasp_transit import SCORE_COST
 
 UNREACHED = "no inverse-kinematics solution"

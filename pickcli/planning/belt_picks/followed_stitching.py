@@ -28,7 +28,7 @@ from pickcli.planning.assembly.grip_load import carried_load
 from pickcli.planning.assembly.pick_plan import pick_plan, why_too_slow
 from pickcli.planning.assembly.proven_timing import BETWEEN
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven, why_not_swept
-from pickcli.planning.assembly.tracked_stitching import (
+from pickcli.planning.belt_picks.tracked_stitching import (
     SceneSegment,
     TimedTaking,
     paced_leaving,
