@@ -186,6 +186,26 @@ def _pallet_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> Page
     return pallet_trial_page(record, stack, station, motion)
 
 
+def _stream_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+    """Build the page of a trial of a stream. Raises StaleError if its files are not of one trial."""
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.page.stream_trial_page import stream_trial_page, waiting_scene
+    from pickcli.stream_trials.stream_folder import STREAM, read_stream_motion
+    from pickcli.stream_trials.stream_record import read_played_stream, read_stream_record
+    from pickcli.trial.motion_record import refuse_other_motion
+    from pickcli.trial.trial_folder import MOTION
+
+    record = read_stream_record(folder / RECORD)
+    motion = read_stream_motion(folder, record)
+    first = replace(arms, arm=arms.arm or next(iter(motion.arms), None))
+    stream = read_played_stream(folder / STREAM, record, lambda name: open_cell(cell_name or name, first))
+    workcell = load_workcell(stream.cell.path, arms.items) if motion.arms else None
+    cells = (stream.cell,) if workcell is None else tuple(workcell.arms[name] for name in motion.arms)
+    scene = waiting_scene(stream)
+    refuse_other_motion(motion, scene, cells, str(folder / MOTION))
+    return stream_trial_page(record, scene, cells, motion)
+
+
 def _commission_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     """Build the page of a trial of a commission. Raises StaleError if its files are not of one trial."""
     from pickcli.commission.commission_folder import COMMISSION, read_commission_motion
@@ -211,6 +231,7 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
     from pickcli.page.trial_page import trial_page
     from pickcli.pallet_trials.pallet_record import is_pallet_record
     from pickcli.scene.scene_file import scene_hash
+    from pickcli.stream_trials.stream_record import is_stream_record
     from pickcli.trial.motion_record import read_motion, refuse_other_motion, refuse_other_record
     from pickcli.trial.trial_folder import MOTION, read_look_pictures
     from pickcli.trial.trial_record import read_record
@@ -219,6 +240,8 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
         return _commission_trial(folder, cell_name, arms)
     if is_pallet_record(folder / RECORD):
         return _pallet_trial(folder, cell_name, arms)
+    if is_stream_record(folder / RECORD):
+        return _stream_trial(folder, cell_name, arms)
     record = read_record(folder / RECORD)
     if not (folder / MOTION).exists():
         raise InputError(f"{folder}: has no {MOTION}, nothing to replay; play the trial again")

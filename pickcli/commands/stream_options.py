@@ -16,6 +16,7 @@ from pickcli.commands.option_types import PATH, FiniteRange
 from pickcli.commands.options import passed_as, refuse_output
 from pickcli.commands.plan_verification import timed_certifier
 from pickcli.commands.scene_options import scene_or_empty
+from pickcli.commands.trial_options import is_stated
 
 if TYPE_CHECKING:
     from pickcli.commands.plan_options import PlanOptions
@@ -194,6 +195,10 @@ def plan_from_stream(
         raise UnknownNameError("item", item, ids, str(request.stream_path))
     if into == stream.conveyor and stream.speed > 0.0:
         raise click.UsageError(f"--into {into}: it runs, and nothing is set down on it; name another place")
+    if stream.speed > 0.0 and is_stated("drop_from"):
+        raise click.UsageError(
+            "--drop-from: off a running belt items are dropped from over the rim; leave it out"
+        )
     stream = stream.presenting(item)
     scene = stream.scene_at(now)
     query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))

@@ -21,6 +21,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.belt_sweep import swept_along_belt
 from pickcli.scene.item_stream import ItemStream
 from pickcli.scene.scene import TOTE, empty_scene
+from pickcli.simulation.motion_recorder import joint_positions
 from pickcli.verification.verify import certifier
 
 SAME_PLACE = 1e-3  # rad or m of each joint by which an arm stands off its parking configuration at most
@@ -42,11 +43,6 @@ class StreamArms:
         self._into = {context.cell.arm: destination_of(context.cell) for context in contexts}
         self.context = self._contexts[0]
         self.start = self.home(self.context)
-
-    @property
-    def into(self) -> str:
-        """Place that the arm that acts brings items to."""
-        return self._into[self.context.cell.arm]
 
     @property
     def destinations(self) -> frozenset[str]:
@@ -77,6 +73,15 @@ class StreamArms:
             context.cell.home,
         )
         return Start(stands.q, stands.tool_state)
+
+    @property
+    def positions(self) -> dict[str, float]:
+        """Where the joints of all arms and tools stand at the start, in rad or m by joint."""
+        found: dict[str, float] = {}
+        for context in self._contexts:
+            start = self.home(context)
+            found |= joint_positions(context.cell.robot, start.q, start.tool_state)
+        return found
 
     def let_act(self, context: PlanningContext) -> None:
         """Let another arm act, from where it was parked.

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
+from pickcli.cell.cell import Cell
+from pickcli.errors import StaleError
+from pickcli.scene.item_stream import ItemStream
+from pickcli.scene.stream_file import read_stream
 from pickcli.stream_trials.stream_result import StreamTrialResult
 from pickcli.stream_trials.stream_trial import StreamTrialRequest
-from pickcli.trial.trial_record import package_versions
+from pickcli.trial.trial_record import package_versions, read_record_of, states_format
 
-FORMAT = "apc stream trial"
-VERSION = 1
+FORMAT = "apc-stream-trial"
+VERSION = 2
+COUNTS = "presented", "attempted", "delivered", "collisions", "limit_violations", "stops"
+KEYS = frozenset(
+    (*COUNTS, "speed_m_s", "duration_s", "delivered_per_minute", "slip_m_s", "offset_m", "items")
+)
 
 
 def stream_record(
@@ -45,3 +56,55 @@ def stream_record(
             "versions": package_versions(),
         },
     }
+
+
+def is_stream_record(path: Path) -> bool:
+    """Tell whether a record is one of a trial of a stream.
+
+    Args:
+        path: The file.
+
+    Returns:
+        True by the format that it states.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    return states_format(path, FORMAT)
+
+
+def read_stream_record(path: Path) -> dict[str, Any]:
+    """Read the record of a trial of a stream.
+
+    Args:
+        path: The file.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: The file cannot be read, or is no such record.
+        StaleError: It has another version of the format.
+    """
+    return read_record_of(path, FORMAT, VERSION, KEYS, "a stream")
+
+
+def read_played_stream(path: Path, record: dict[str, Any], load: Callable[[str], Cell]) -> ItemStream:
+    """Read the stream that a trial played.
+
+    Args:
+        path: File of the stream.
+        record: Record of the trial.
+        load: Opens the cell that the stream names.
+
+    Returns:
+        The stream.
+
+    Raises:
+        InputError: The file cannot be read, or has mistakes.
+        StaleError: It is another file than the one of the record, or its cell has changed.
+    """
+    stream = read_stream(path, load=load)
+    if hashlib.sha256(path.read_bytes()).hexdigest() != record["made_from"].get("stream_sha256"):
+        raise StaleError(f"{path}: is not the stream that the record was made from; play the trial again")
+    return stream

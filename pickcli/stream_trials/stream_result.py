@@ -49,6 +49,8 @@ class StreamItemResult:
         t_end: s of the stream at which its last attempt ended; None without one.
         met: How it was met last; None if the tool never held it.
         arm: Name of the arm that attempted it last; empty without an attempt, or with a single arm.
+        clearance: m, the least distance that the certificate of the last attempt's plan states; None without
+            an attempt.
     """
 
     item: str
@@ -58,6 +60,7 @@ class StreamItemResult:
     t_end: float | None = None
     met: MeetingRecord | None = None
     arm: str = ""
+    clearance: float | None = None
 
 
 @dataclass(frozen=True)

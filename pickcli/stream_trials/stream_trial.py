@@ -26,8 +26,9 @@ from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.scene.scene import PoseNoise
 from pickcli.seeds import derived_rng
-from pickcli.simulation.execute import execute
+from pickcli.simulation.execute import OnStep, execute
 from pickcli.simulation.execution import Execution
+from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import World
 from pickcli.stream_trials.belt_camera import BeltCamera
@@ -79,9 +80,38 @@ class StreamTrialRequest:
     seed: int = 0
 
 
+@dataclass(frozen=True, eq=False)
+class StreamPlan:
+    """A plan that was executed.
+
+    Attributes:
+        plan: The certified plan.
+        seen: The stream as it was perceived, in which the plan was certified from its time on; None for the
+            way of an arm to where it is parked.
+    """
+
+    plan: Plan
+    seen: ItemStream | None
+
+
+@dataclass(frozen=True, eq=False)
+class PlayedStream:
+    """A played trial.
+
+    Attributes:
+        result: What became of every item.
+        recorder: The motion.
+        plans: Plans that were executed, in order.
+    """
+
+    result: StreamTrialResult
+    recorder: MotionRecorder
+    plans: tuple[StreamPlan, ...]
+
+
 def play_stream(
     request: StreamTrialRequest, contexts: Sequence[PlanningContext], on_progress: ProgressObserver = nobody
-) -> StreamTrialResult:
+) -> PlayedStream:
     """Play a trial of a stream, until its last item is taken or has left the window.
 
     Args:
@@ -91,13 +121,13 @@ def play_stream(
         on_progress: Called at every decision with the number of items that are decided.
 
     Returns:
-        What became of every item.
+        What became of every item, with the motion.
     """
     trial = _StreamTrial(request, contexts)
     while trial.open:
         on_progress(Progress(len(trial.decided), len(request.stream.items), f"at {trial.t:.1f} s"))
         trial.decide()
-    return trial.result()
+    return trial.played()
 
 
 @dataclass
@@ -111,6 +141,7 @@ class _Item:
     t_end: float | None = None
     met: MeetingRecord | None = None
     arm: str = ""
+    clearance: float | None = None
     was_known: bool = False
 
 
@@ -121,6 +152,7 @@ class _StreamTrial:
         self.request, self.arms = request, StreamArms(contexts)
         self.stream, camera = request.stream, request.camera
         self.tracks = None if camera is None else BeltPerception(self.stream, camera, request.seed)
+        self.recorder, self.plans = MotionRecorder(self.arms.positions), list[StreamPlan]()
         self.t, self.look = 0.0, 0
         self.open = {riding.id: _Item(riding) for riding in self.stream.items}
         self.decided: dict[str, StreamItemResult] = {}
@@ -133,22 +165,25 @@ class _StreamTrial:
 
     def decide(self) -> None:
         """Take the most urgent item that can be met, or let time pass."""
-        self._let_go()
+        self._close_those_past()
         believed = self._perceived()
         for riding in believed.items:
             self.open[riding.id].was_known = True
         on_belt = (riding for riding in believed.items if believed.is_on_belt(riding, self.t))
         for riding in sorted(on_belt, key=lambda each: -believed.travel_at(each, self.t)):
             item = self.open[riding.id]
-            if self.t < item.t_next or self._is_too_late(believed, riding, item):
+            if self.t < item.t_next:
                 continue
-            if self._is_taken(believed, item):
+            if too_late := self._why_too_late(believed, riding):
+                item.reason = item.reason or too_late
+            elif self._take(believed, item):
                 return
-            item.t_next = self.t + TRY_AGAIN
+            else:
+                item.t_next = self.t + TRY_AGAIN
         self.t += LOOK_AGAIN
 
-    def _is_taken(self, believed: ItemStream, item: _Item) -> bool:
-        """Take an item with the first arm in turn that has a plan for it; False without a plan by any."""
+    def _take(self, believed: ItemStream, item: _Item) -> bool:
+        """Take an item with the first arm in turn that has a plan for it; False if no arm moved."""
         arms = self.arms
         for context in self.request.rule.in_turn(arms.all, arms.context, self.took):
             is_acting = context is arms.context
@@ -158,13 +193,13 @@ class _StreamTrial:
                 return False
             t = self.t + (0.0 if parking is None else parking.trajectory.duration + PARKED)
             start = arms.start if is_acting else arms.home(context)
-            plan = self._planned(believed, item.riding.id, context, start, t)
-            if plan is not None:
-                if parking is not None and not self._is_parked(item, parking, t):
+            planned = self._planned(believed, item.riding.id, context, start, t)
+            if planned is not None:
+                if parking is not None and not self._park(item, parking, t):
                     return True
                 if not is_acting:
                     arms.let_act(context)
-                self._execute(item, plan)
+                self._execute(item, planned)
                 return True
             self.t += QUERY_CHARGE
         return False
@@ -176,13 +211,13 @@ class _StreamTrial:
         except NoPlanError as error:
             return error
 
-    def _is_parked(self, item: _Item, parking: Plan, until: float) -> bool:
+    def _park(self, item: _Item, parking: Plan, until: float) -> bool:
         """Park the arm that acts, and wait until a time (s); False if its motion was stopped."""
         true, t_start = self._riding(), self.t
         world = self._world(true)
-        run = execute(parking, world)
+        run = self._carried_out(StreamPlan(parking, None), world)
         self._pass(true, t_start, t_start + run.t_end)
-        self._learn(world, t_start + world.t, true, item)
+        self._update_truth(world, t_start + world.t, true, item)
         self._count(item, run)
         world.close()
         self.arms.start = Start(world.q.copy(), world.tool_state)
@@ -192,31 +227,30 @@ class _StreamTrial:
         self.t = max(self.t, until)
         return True
 
-    def _is_too_late(self, believed: ItemStream, riding: RidingItem, item: _Item) -> bool:
-        """Whether an item leaves its window sooner than any pick so far took, or than any arm can by bounds.
+    def _why_too_late(self, believed: ItemStream, riding: RidingItem) -> str:
+        """Say that an item leaves its window sooner than any pick so far took, or than any arm can by bounds.
 
-        Both are told at once, at no charge.
+        Both are told at once, at no charge; "" if it may be taken.
         """
         if believed.speed == 0.0:
-            return False
+            return ""
         left = (believed.belt.window[1] - believed.travel_at(riding, self.t)) / believed.speed
         if left < LEAST_SHARE * self.least_taking < np.inf:
             takes = f"no pick took less than {self.least_taking:.1f} s"
-            item.reason = item.reason or f"too late: it leaves the window in {left:.1f} s, {takes}"
-            return True
-        arms = self.arms
+            return f"too late: it leaves the window in {left:.1f} s, {takes}"
+        arms, reasons = self.arms, list[str]()
         acting = (arms.context, arms.start)
         for context, start in (acting, *((other, arms.home(other)) for other in arms.others)):
             query = self._query(riding.id, self.t, context)
             never = why_never(context, replace(believed, cell=context.cell), query, start)
             if never is None:
-                return False
-            item.reason = item.reason or str(never)
-        return True
+                return ""
+            reasons.append(str(never))
+        return reasons[0]
 
-    def result(self) -> StreamTrialResult:
-        """Return the result of a trial whose items are all decided."""
-        return StreamTrialResult(
+    def played(self) -> PlayedStream:
+        """Return the trial, whose items are all decided."""
+        result = StreamTrialResult(
             self.stream.speed,
             tuple(self.decided[riding.id] for riding in self.request.stream.items),
             self.n_collisions,
@@ -226,9 +260,10 @@ class _StreamTrial:
             tuple(self.planning_ms),
             tuple(self.refusing_ms),
         )
+        return PlayedStream(result, self.recorder, tuple(self.plans))
 
-    def _let_go(self) -> None:
-        """Decide the items that have left the window, or lie on a belt that stands and were tried."""
+    def _close_those_past(self) -> None:
+        """Close the items that have left the window, or lie on a belt that stands and were tried."""
         last = self.stream.belt.window[1]
         for item_id, item in list(self.open.items()):
             is_past = self.stream.travel_at(item.riding, self.t) > last
@@ -244,7 +279,7 @@ class _StreamTrial:
         missed = "the arm was busy with others" if item.was_known else "it was never seen well enough"
         reason = item.reason or ("" if outcome is ItemOutcome.DELIVERED else missed)
         self.decided[item_id] = StreamItemResult(
-            item_id, outcome, item.attempts, reason, item.t_end, item.met, item.arm
+            item_id, outcome, item.attempts, reason, item.t_end, item.met, item.arm, item.clearance
         )
 
     def _riding(self) -> ItemStream:
@@ -284,7 +319,7 @@ class _StreamTrial:
 
     def _planned(
         self, believed: ItemStream, item_id: str, context: PlanningContext, start: Start, t: float
-    ) -> Plan | None:
+    ) -> StreamPlan | None:
         """Plan to take an item with an arm from a time (s) on; remember why not."""
         seen = replace(believed, cell=context.cell)
         query = self._query(item_id, t, context)
@@ -301,22 +336,23 @@ class _StreamTrial:
             moves = np.flatnonzero(np.abs(plan.trajectory.velocities).max(axis=1) > 0.0)
             waits = float(plan.trajectory.times[max(0, int(moves[0]) - 1)])
             self.least_taking = min(self.least_taking, times_at_work(plan.segments)[1] - waits)
-        return plan
+        return StreamPlan(plan, seen)
 
-    def _execute(self, item: _Item, plan: Plan) -> None:
+    def _execute(self, item: _Item, planned: StreamPlan) -> None:
         """Execute a plan in a world with what is truly on the belt."""
-        true, t_start, context = self._riding(), self.t, self.arms.context
+        true, t_start, context, plan = self._riding(), self.t, self.arms.context, planned.plan
         item.attempts, item.reason, item.arm = item.attempts + 1, "", context.cell.arm
+        item.clearance = None if plan.certificate is None else plan.certificate.min_clearance
         self.took = context
         world = self._world(true)
         release_time = context.settings.release_time
         watch = MeetingWatch(plan, world, context.method.rests(context.cell.devices, release_time).taking)
-        run = execute(plan, world, on_step=watch.after_step)
+        run = self._carried_out(planned, world, watch.after_step)
         # Clear of what the belt brings, the empty arm goes on from where it came to rest.
         goes_on = run.stop is None or (bool(run.is_clear) and world.held is None)
         # The arm goes on while what it has dropped still falls.
         self._pass(true, t_start, t_start + run.t_end, 0.0 if goes_on else RESET_TIME)
-        self._learn(world, t_start + world.t, true, item)
+        self._update_truth(world, t_start + world.t, true, item)
         item.t_end, self.t_end = self.t, self.t
         item.met = watch.measured(t_start)
         self._count(item, run)
@@ -340,7 +376,16 @@ class _StreamTrial:
         world = World(scene, arms.start.q, arms.start.tool_state, reality=self.request.reality, seed=seed)
         if true.speed > 0.0:
             world.run_belt(true.conveyor, true.speed)
+        self.recorder.enter(world, self.t)
         return world
+
+    def _carried_out(self, planned: StreamPlan, world: World, on_step: OnStep | None = None) -> Execution:
+        """Execute a plan in a world that begins now, and record it."""
+        self.plans.append(planned)
+        noted = self.recorder.begin(planned.plan, world)
+        run = execute(planned.plan, world, on_step=on_step, on_progress=lambda done: noted.note(world, done))
+        noted.t_end = noted.t_start + run.t_end
+        return run
 
     def _pass(self, true: ItemStream, t_start: float, t_end: float, hidden: float = 0.0) -> None:
         """Let the time pass in which an arm moved, and hid the belt for so many s longer."""
@@ -361,7 +406,7 @@ class _StreamTrial:
         if run.stop is not None:
             item.reason = "; on the way off: ".join(map(str, (run.stop, *run.stops_on_way_off)))
 
-    def _learn(self, world: World, t: float, true: ItemStream, item: _Item) -> None:
+    def _update_truth(self, world: World, t: float, true: ItemStream, item: _Item) -> None:
         """Note where the items truly are at a time (s); those that a motion knocked off the belt are lost."""
         T_belt_world, taken = inverse(true.carrier.T_world_carrier), item.riding.id
         for placed in world.scene.items:

@@ -94,7 +94,7 @@ def test_an_axis_along_the_belt_meets_items_there_too() -> None:
 def test_a_trial_is_played_by_the_arms_in_turns() -> None:
     """On a belt that stands, where no place is kept; the left arm has no plan for the first item."""
     items = pr2_picks.stream(0.0, n=2, one_by_one=True)
-    result = play_stream(StreamTrialRequest(items, rule=StreamRule.PR2_2013), ARMS)
+    result = play_stream(StreamTrialRequest(items, rule=StreamRule.PR2_2013), ARMS).result
     taken = [each.arm for each in result.items if each.outcome is ItemOutcome.DELIVERED]
     assert result.is_clean and taken == ["right", "left"]
 

@@ -31,7 +31,7 @@ def of(n: int, speed: float, gap: tuple[float, float], seed: int = 3) -> ItemStr
 @pytest.fixture(scope="module")
 def result() -> StreamTrialResult:
     """Two items that come far apart, so that the arm has time for both."""
-    return play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2))), [context()])
+    return play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2))), [context()]).result
 
 
 def test_items_that_come_far_apart_are_delivered(result: StreamTrialResult) -> None:
@@ -41,7 +41,7 @@ def test_items_that_come_far_apart_are_delivered(result: StreamTrialResult) -> N
 
 
 def test_items_are_met_by_the_tracks_of_a_camera() -> None:
-    seen = play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2)), camera=BeltCamera()), [context()])
+    seen = play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2)), camera=BeltCamera()), [context()]).result
     assert seen.is_clean and [each.outcome for each in seen.items] == [ItemOutcome.DELIVERED] * 2
     assert all(each.met is not None and each.met.offset < 0.008 for each in seen.items)
 
@@ -60,7 +60,7 @@ def test_the_record_has_what_the_result_says(result: StreamTrialResult) -> None:
 
 
 def test_the_same_trial_gives_the_same_record(result: StreamTrialResult) -> None:
-    again = play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2))), [context()])
+    again = play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2))), [context()]).result
     assert _timeless(again.record()) == _timeless(result.record())
 
 
@@ -70,7 +70,7 @@ def _timeless(record: dict[str, Any]) -> dict[str, Any]:
 
 def test_what_comes_too_fast_is_not_attempted_and_says_why() -> None:
     items = of(3, 0.5, (0.03, 0.05))
-    result = play_stream(StreamTrialRequest(items), [context()])
+    result = play_stream(StreamTrialRequest(items), [context()]).result
     left = [each for each in result.items if each.outcome is ItemOutcome.NOT_ATTEMPTED]
     assert left and all(each.reason and each.attempts == 0 and each.met is None for each in left)
     assert sum(map(result.count, ItemOutcome)) == 3
@@ -95,7 +95,7 @@ def test_an_item_that_cannot_be_held_is_given_up_on_a_belt_that_stands(
     """The cup never holds it: without a last attempt the trial would not end."""
     monkeypatch.setattr(World, "held", property(lambda world: None))
     monkeypatch.setattr("pickcli.simulation.suction.Suction._attach", lambda *args: None)
-    result = play_stream(StreamTrialRequest(of(1, 0.0, (0.2, 0.3))), [context()])
+    result = play_stream(StreamTrialRequest(of(1, 0.0, (0.2, 0.3))), [context()]).result
     (each,) = result.items
     assert each.outcome is ItemOutcome.LOST and 1 <= each.attempts <= MOST_ATTEMPTS and each.reason
 
@@ -109,7 +109,7 @@ def test_an_item_that_was_knocked_off_the_belt_is_decided(monkeypatch: pytest.Mo
         return execute(plan, world, **rest)
 
     monkeypatch.setattr("pickcli.stream_trials.stream_trial.execute", push)
-    result = play_stream(StreamTrialRequest(stream), [context()])
+    result = play_stream(StreamTrialRequest(stream), [context()]).result
     assert result.items[1].outcome is ItemOutcome.LOST and "knocked off" in result.items[1].reason
 
 
@@ -124,7 +124,7 @@ def test_an_item_that_leaves_sooner_than_any_pick_takes_costs_no_query(
         return plan_intercept(context, stream, query, *rest)
 
     monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", remember)
-    result = play_stream(StreamTrialRequest(of(4, 0.33, (0.25, 0.3))), [context()])
+    result = play_stream(StreamTrialRequest(of(4, 0.33, (0.25, 0.3))), [context()]).result
     first, *others = result.items
     assert first.outcome is ItemOutcome.DELIVERED and len(asked[first.item]) == 1
     assert all(left > 2.0 for name, every in asked.items() for left in every if name != first.item)
@@ -132,7 +132,7 @@ def test_an_item_that_leaves_sooner_than_any_pick_takes_costs_no_query(
 
 
 def test_from_a_belt_that_stands_all_items_are_taken() -> None:
-    result = play_stream(StreamTrialRequest(of(2, 0.0, (0.2, 0.3))), [context()])
+    result = play_stream(StreamTrialRequest(of(2, 0.0, (0.2, 0.3))), [context()]).result
     assert result.count(ItemOutcome.DELIVERED) == 2 and result.is_clean
 
 
@@ -143,5 +143,5 @@ def test_what_is_not_on_a_belt_that_stands_is_decided(camera: BeltCamera | None)
     T = riding.T_belt_item.copy()
     T[0, 3] = -0.3
     before = replace(items, items=(replace(riding, T_belt_item=T),))
-    (told,) = play_stream(StreamTrialRequest(before, camera=camera), [context()]).items
+    (told,) = play_stream(StreamTrialRequest(before, camera=camera), [context()]).result.items
     assert (told.outcome, told.reason) == (ItemOutcome.NOT_ATTEMPTED, "it is not on the belt, which stands")
