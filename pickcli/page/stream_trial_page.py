@@ -108,11 +108,9 @@ def _chapters(record: Mapping[str, Any], motion: RecordedMotion) -> Iterator[Cha
     """One for each item at which an arm moved, from the start of its last motion."""
     for each in record["items"]:
         if each["t_end"] is not None:
-            t_start = max(
-                (run.t_start for run in motion.executions if run.t_start < each["t_end"]), default=0.0
-            )
+            run = min(motion.executions, key=lambda run: abs(run.t_end - each["t_end"]))
             yield Chapter(
-                each["item"], each["outcome"], _TONES.get(each["outcome"], Tone.BAD), round(t_start, 3),
+                each["item"], each["outcome"], _TONES.get(each["outcome"], Tone.BAD), round(run.t_start, 3),
                 round(each["t_end"], 3), each["item"], "", each["reason"],
             )  # fmt: skip
 
