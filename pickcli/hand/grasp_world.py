@@ -11,8 +11,9 @@ import numpy as np
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.geometry import Array, pose, rotation_rpy
 from pickcli.hand.belt_hand import BeltHand, GraspObject
+from pickcli.hand.free_wrist import HAND, FreeWrist
 from pickcli.hand.hand_urdf import FINGER_JOINTS, HINGES, PALM
-from pickcli.hand.simulated_hand import HAND, SimulatedHand
+from pickcli.hand.simulated_hand import SimulatedHand
 from pickcli.simulation.engine import Engine
 
 TIME_STEP = 2e-3  # s
@@ -82,7 +83,8 @@ class GraspWorld:
         for name, at in zip(self.names, stand, strict=True):
             T = pose((at.x, at.y, self._centre), R=rotation_rpy(0.0, 0.0, at.yaw))
             self._engine.add_solids(name, parts, mass, inertia, T, RED)
-        self.hand = SimulatedHand(self._engine, hand, wrist, hand.belts.friction * deviation.friction)
+        carrier = FreeWrist(self._engine, hand, wrist)
+        self.hand = SimulatedHand(self._engine, hand, carrier, hand.belts.friction * deviation.friction)
         for a, b in combinations((PALM, *FINGER_JOINTS, *HINGES), 2):
             if not {a, b} <= {"left_distal", "right_distal"}:
                 self._engine.set_collision(HAND, a, HAND, b, False)

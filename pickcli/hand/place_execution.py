@@ -1,0 +1,62 @@
+"""Sets down what a hand holds: lowering until it stands, opening, backing off (Krug et al., Fig. 7, placement)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.hand.staged_execution import StagedExecution, StageName
+
+STANDS = 8.0  # N that the arm presses down more than before: what is held stands
+LOWERED = 0.04  # m, at most
+LOWERING_TIME = 2.5  # s for all of it
+LET_GO = -0.45  # rad of the closing motor, at which pads are clear of cans, and not yet of far neighbours
+OPENING_SPEED = 0.4  # rad/s of the closing motor
+OPENING_TIME = 4.0  # s, after which opening is given up
+BACKED = 0.12  # m straight back, out of the fingers' reach
+BACKING_TIME = 1.2  # s
+
+
+class PlaceExecution(StagedExecution):
+    """The controller that sets down what the hand holds."""
+
+    def place(self) -> None:
+        """Lower, open and back off, until the end or a stop."""
+        self.carry_out(self._place)
+
+    def open_wide(self) -> None:
+        """Open the fingers as far as they go, until the end or a stop."""
+        self.carry_out(
+            lambda: self.stage(StageName.OPENING, lambda: self._open(-self.hand.hand.fingers.widest))
+        )
+
+    def leave(self) -> None:
+        """Open the fingers as far as they go and back off, until the end or a stop."""
+
+        def act() -> None:
+            self.stage(StageName.OPENING, lambda: self._open(-self.hand.hand.fingers.widest))
+            self.stage(StageName.BACKING, self._back_off)
+
+        self.carry_out(act)
+
+    def _place(self) -> None:
+        self.stage(StageName.LOWERING, self._lower)
+        self.stage(StageName.OPENING, lambda: self._open(LET_GO))
+        self.stage(StageName.BACKING, self._back_off)
+
+    def _lower(self) -> str:
+        borne = self.hand.wrist.lifting
+        goal = self.hand.wrist.wanted - np.array([0.0, 0.0, LOWERED, 0.0, 0.0, 0.0])
+        return self.move(goal, LOWERING_TIME, until=lambda: borne - self.hand.wrist.lifting > STANDS)
+
+    def _open(self, angle: float) -> str:
+        motor = self.hand.motor
+        motor.wanted = -OPENING_SPEED
+        is_open = self.wait_for(lambda: motor.angle <= angle, OPENING_TIME)
+        motor.wanted = 0.0
+        return "open" if is_open else "time"
+
+    def _back_off(self) -> str:
+        yaw, wanted = float(self.hand.wrist.wanted[3]), self.hand.wrist.wanted
+        back: Array = wanted - BACKED * np.array([np.cos(yaw), np.sin(yaw), 0.0, 0.0, 0.0, 0.0])
+        return self.move(back, BACKING_TIME)

@@ -1,0 +1,68 @@
+"""Envelopes of the poses before a grasp: where the open hand stands around an object, or before a cluster.
+
+Source: Krug et al., RA-L 2016, section III-A, Fig. 3. An envelope is of the flange that carries the hand: its z
+axis is the approach, its x axis points upwards.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array, pose
+from pickcli.grasping.envelope import Alignment, Envelope
+from pickcli.hand.belt_hand import BeltHand
+from pickcli.kernel import SurfaceKind
+
+NEAR = 0.008  # m either way of the distance from which single objects are grasped
+HIGH = 0.004  # m either way of the middle of the height
+FACING = 0.08  # rad either way, by which the approach to a box is off its face
+CLUSTER_NEAR = 0.004  # m either way, before a cluster
+CONE = np.radians(4.0)  # of approach and upward axis
+UP, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+
+
+def object_envelopes(hand: BeltHand, shape: Shape) -> tuple[Envelope, ...]:
+    """Return the envelopes of a single object that stands upright.
+
+    Args:
+        hand: The hand.
+        shape: The object's shape: an upright cylinder, or a box.
+
+    Returns:
+        One around a cylinder, or one for each side of a box, in the frame of the object.
+    """
+    around: tuple[tuple[str, float, float], ...] = (("side", -np.pi, np.pi),)
+    if shape.kind is ShapeKind.BOX:
+        faces = zip(("+x", "+y", "-x", "-y"), np.arange(4) * np.pi / 2, strict=True)
+        around = tuple((name, middle - FACING, middle + FACING) for name, middle in faces)
+    far = hand.control.reach + hand.palm.depth
+    return tuple(
+        Envelope(
+            name, SurfaceKind.CYLINDER, np.eye(4),
+            np.array([low, -HIGH, far - NEAR]), np.array([high, HIGH, far + NEAR]), CONE, Alignment(UP, Z, CONE),
+        )
+        for name, low, high in around
+    )  # fmt: skip
+
+
+def cluster_envelope(hand: BeltHand, width: float, closest: Array, towards: Array) -> Envelope:
+    """Return the envelope before a cluster of objects, of which none is singled out.
+
+    Args:
+        hand: The hand.
+        width: m, of the objects.
+        closest: (3,) m, the point of the cluster that was closest as it was looked at, half-way up the objects.
+        towards: (2,) unit, the horizontal direction to that point.
+
+    Returns:
+        The envelope, in the frame of the points.
+    """
+    outward = np.array([*-towards, 0.0])
+    T = pose(closest, R=np.column_stack([Z, np.cross(outward, Z), outward]))
+    far = hand.control.cluster_reach - width / 2 + hand.palm.depth
+    half = np.full(3, CLUSTER_NEAR)
+    middle = np.array([0.0, 0.0, far])
+    return Envelope(
+        "cluster", SurfaceKind.PLANE, T, middle - half, middle + half, CONE, Alignment(UP, Z, CONE)
+    )  # fmt: skip
