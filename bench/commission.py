@@ -23,7 +23,8 @@ from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_trial import CommissionRequest, play_commission
 from pickcli.planning.planning_context import PlanningContext
 
-CELL = "apple_booth"
+import os
+CELL = os.environ.get("CELL","apple_booth")
 
 
 def _line(seed: int, result: CommissionResult) -> str:

@@ -6,12 +6,12 @@ the hand's controller closes, pulls in and lifts, or sets down.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.shapes import Body
+from pickcli.cell.shapes import Body, Shape
 from pickcli.geometry import Array, pose, rotation_from_vector
 from pickcli.grasping.envelope import Envelope
 from pickcli.hand.arm_motions import (
@@ -28,14 +28,19 @@ from pickcli.hand.belt_hand import GraspObject
 from pickcli.hand.grasp_execution import GraspExecution
 from pickcli.hand.grasp_trial import LIFTED, GraspEnd, GraspWatch, is_enveloped, judged
 from pickcli.hand.place_execution import PlaceExecution
-from pickcli.hand.staged_execution import GraspStage
+from pickcli.hand.pre_grasp_envelope import aperture
+from pickcli.hand.staged_execution import GraspStage, StagedExecution
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
+from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.plan_record import PlanRecord
 from pickcli.simulation.plan_run import PlanRun
 
-
 STAYING = 2.0  # A of the closing motor, with which open fingers stay where they are while the arm moves
+
+
+class HandStoppedError(Exception):
+    """A motion or a stage was stopped, and the arm is to be brought home by hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +75,15 @@ class ArmHandling:
         world: The world.
         home: (n,) rad, where the arm rests between items.
         noise: Bounds of the errors with which poses in the hand are seen.
+        recorder: Notes executions of plans.
         seed: Seed of all planning and of these errors.
     """
 
-    def __init__(self, world: ArmWorld, home: Array, noise: PoseNoise, seed: int) -> None:
+    def __init__(
+        self, world: ArmWorld, home: Array, noise: PoseNoise, recorder: MotionRecorder, seed: int
+    ) -> None:
         self.world, self.home, self.noise, self.seed = world, home, noise, seed
+        self.recorder = recorder
         self.motions: list[CertifiedMotion] = []
         self.records: list[PlanRecord] = []
         self.stages: list[GraspStage] = []
@@ -90,6 +99,7 @@ class ArmHandling:
 
         Raises:
             NoPlanError: There is no certified motion.
+            HandStoppedError: It was stopped on the way.
         """
         self._run(
             plan_to_pre_grasp(
@@ -116,7 +126,9 @@ class ArmHandling:
         execution.grasp()
         rise = LIFTED * world.hand.hand.control.lift
         held = tuple(name for name in reached_for if float(world.pose(name)[2, 3]) - before[name] > rise)
-        self._at_rest(held)
+        world.arm.follow()
+        if not execution.is_stopped:
+            world.reach_for(frozenset(held) or frozenset(reached_for))
         self.stages += execution.stages
         end = GraspEnd.STOPPED if execution.is_stopped else judged(held, watch)
         around = len(held) == 1 and is_enveloped(world, kind, held[0])
@@ -132,6 +144,7 @@ class ArmHandling:
 
         Raises:
             NoPlanError: There is no certified motion.
+            HandStoppedError: It was stopped on the way.
         """
         world = self.world
         items = [world.scene.find(name).item for name in names]
@@ -146,45 +159,37 @@ class ArmHandling:
         self._run(plan_to_place(others, carried, world.q, held, self._next_seed()))
 
     def set_down(self) -> None:
-        """Lower what is held until it stands, open and back off."""
-        self.world.arm.comply()
+        """Lower what is held until it stands, open and back off. Raises HandStoppedError."""
         execution = PlaceExecution(self.world)
-        execution.place()
-        self.stages += execution.stages
-        self._at_rest(())
+        self._carry_out(execution, execution.place)
+        self.world.reach_for(frozenset())
 
     def go_home(self, seen: Scene) -> None:
-        """Move home, and open the hand there.
+        """Move home.
 
         Args:
             seen: The scene as perceived.
 
         Raises:
             NoPlanError: There is no certified motion.
+            HandStoppedError: It was stopped on the way.
         """
         self._run(plan_home(seen, self._carried(), self.world.q, self.home, self._next_seed()))
-        self.open()
 
     def leave(self) -> None:
-        """Open the hand and back off from where a grasp failed."""
-        self.world.arm.comply()
+        """Open the hand and back off from where a grasp failed. Raises HandStoppedError."""
         execution = PlaceExecution(self.world)
-        execution.leave()
-        self.stages += execution.stages
-        self._at_rest(())
+        self._carry_out(execution, execution.leave)
+        self.world.reach_for(frozenset())
 
-    def open(self) -> None:
-        """Open the hand where it is."""
-        self.world.arm.comply()
+    def prepare(self, shape: Shape) -> None:
+        """Open the hand where it is to the aperture for an object. Raises HandStoppedError.
+
+        Args:
+            shape: Shape of the object.
+        """
         execution = PlaceExecution(self.world)
-        execution.open_wide()
-        self.stages += execution.stages
-        self.world.arm.follow()
-
-    def _at_rest(self, held: Sequence[str]) -> None:
-        """Follow plans again, with what is held."""
-        self.world.arm.follow()
-        self.world.reach_for(frozenset(held))
+        self._carry_out(execution, lambda: execution.open_to(aperture(self.world.hand.hand, shape)))
 
     def _seen_in_hand(self, name: str) -> Array:
         """Return the pose (4, 4) of an item in the hand as the palm's camera sees it, with errors."""
@@ -200,7 +205,20 @@ class ArmHandling:
         return derived_seed("arm with a hand", self.seed, len(self.motions))
 
     def _run(self, motion: CertifiedMotion) -> None:
-        run = PlanRun(motion.plan, self.world)
+        noted = self.recorder.begin(motion.plan, self.world)
+        run = PlanRun(motion.plan, self.world, on_progress=lambda progress: noted.note(self.world, progress))
         run.play()
+        noted.t_end = self.world.t
         self.motions.append(motion)
         self.records.append(run.record())
+        if run.stop is not None:
+            raise HandStoppedError(f"{motion.plan.query}: {run.stop}")
+
+    def _carry_out(self, execution: StagedExecution, act: Callable[[], None]) -> None:
+        """Carry stages out while the arm is compliant. Raises HandStoppedError."""
+        self.world.arm.comply()
+        act()
+        self.stages += execution.stages
+        self.world.arm.follow()
+        if execution.is_stopped:
+            raise HandStoppedError(f"{execution.stages[-1].name.value}: a torque beyond its threshold")

@@ -18,11 +18,11 @@ from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
-from pickcli.geometry import Array, inverse, levelled, pose, rotation_axis_angle
+from pickcli.geometry import Array, inverse, length, levelled, pose, rotation_axis_angle
 from pickcli.grasping.envelope import Envelope
 from pickcli.hand.belt_hand import BeltHand
 from pickcli.hand.mounted_hand import flange_to_hand, with_hand
-from pickcli.hand.place_execution import BACKED, LET_GO
+from pickcli.hand.place_execution import BACKED, LET_GO, PAST
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.assembly.stitching import stitch_run
@@ -33,7 +33,7 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.verify import certifier
 
 LINE_SPEED = 0.25  # m/s on it
-SEARCHES = (RegionSearch(24, 24), RegionSearch(120, 120))  # poses of each envelope, until some are free
+SEARCHES = (RegionSearch(48, 48), RegionSearch(400, 400))  # poses of each envelope, until some are free
 MOST_GOALS = 24  # configurations to which a motion is sought at a time
 MOST_PLANS = 6  # that are made until one is certified
 FROM_LIMITS = 0.08  # rad that joints keep from their limits where the arm is compliant afterwards
@@ -143,7 +143,7 @@ def plan_to_place(scene: Scene, carried: Carried, q: Array, held: HeldObject, se
         NoPlanError: The place is not reached, or no motion leads there that is certified; with the reasons.
     """
     motion = _Motion.of(scene, carried, q, seed)
-    away = _Motion.of(scene, Carried(carried.hand, np.array([[LET_GO, 0.0]] * 2)), q, seed)
+    away = _Motion.of(scene, Carried(carried.hand, np.array([[LET_GO - PAST, 0.0]] * 2)), q, seed)
     failures, goals = Failures(), list[Array]()
     for goal in motion.configurations(_poses_at(motion, held)):
         why = away.why_not_set_down(goal)
@@ -201,10 +201,12 @@ class _Motion:
         return self.context.checker_for(self.scene, Mode(self.state))
 
     def line_back(self, q: Array) -> Array | Failures:
-        """Return waypoints of the straight way against the approach, from a configuration."""
+        """Return waypoints of the level way against the approach, from a configuration."""
         arm = self.context.arm
         T = arm.tip(q, self.state)
-        return follow_line(arm, self.checker, T, shifted(T, -BACKED * T[:3, 2]), self.state, q, "way back")
+        level = T[:3, 2] * (1.0, 1.0, 0.0)
+        there = shifted(T, -BACKED * level / length(level))
+        return follow_line(arm, self.checker, T, there, self.state, q, "way back")
 
     def why_not_set_down(self, q: Array) -> Failures | None:
         """Tell why the way down from a configuration (n,) over a place, or back from there, is not free."""

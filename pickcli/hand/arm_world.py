@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.robot import Robot
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array, inverse
 from pickcli.hand.belt_hand import BeltHand
@@ -23,6 +24,7 @@ from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import location_of
 from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.scene_bodies import add_items, add_statics, standing_links
+from pickcli.simulation.simulated_tool import BareTool, SimulatedTool
 
 MOST_PRESS = (
     80.0  # N at one point, with which the hand may press on what it grasps; its pads bear half of that
@@ -33,7 +35,9 @@ class ArmWorld:
     """A world, which advances by steps of ``TIME_STEP``.
 
     Attributes:
-        scene: The scene at the start.
+        scene: The scene, with items where they were at the start.
+        engine: The engine.
+        tool: The bare flange.
         hand: The hand.
         arm: The arm that carries it.
         reached_for: Names of the items that the hand may touch at present.
@@ -51,16 +55,17 @@ class ArmWorld:
         self, scene: Scene, hand: BeltHand, q: Array, masses: Mapping[str, float], friction: float = 1.0
     ) -> None:
         self.scene = scene
-        self._engine = Engine(TIME_STEP)
-        add_statics(self._engine, scene)
-        add_items(self._engine, scene, masses)
-        self.arm = HandArm(self._engine, scene.cell, hand, q)
-        self.hand = SimulatedHand(self._engine, hand, self.arm, hand.belts.friction * friction)
+        self.engine = Engine(TIME_STEP)
+        add_statics(self.engine, scene)
+        add_items(self.engine, scene, masses)
+        self.arm = HandArm(self.engine, scene.cell, hand, q)
+        self.hand = SimulatedHand(self.engine, hand, self.arm, hand.belts.friction * friction)
         self.reached_for: frozenset[str] = frozenset()
         self.observer: Callable[[ArmWorld], None] | None = None
         standing = (body.name for body, _ in scene.standing)
         never = {*product(standing_links(scene.cell.robot), standing), TIPS, TIPS[::-1]}
         self._log = ContactLog(ROBOT, HAND_LINKS, frozenset(never), MOST_PRESS)
+        self.tool: SimulatedTool = BareTool(scene.cell.robot.tool)
         self._n_steps = 0
 
     # A driver ----------------------------------------------------------------------------------------
@@ -91,6 +96,21 @@ class ArmWorld:
         return self.arm.q
 
     @property
+    def robot(self) -> Robot:
+        """The arm, without the hand."""
+        return self.cell.robot
+
+    @property
+    def joints(self) -> Array:
+        """(n,) rad of the joints that are recorded."""
+        return self.arm.q
+
+    @property
+    def held(self) -> str | None:
+        """None, as what is between the fingers is held by contacts alone."""
+        return None
+
+    @property
     def tool_state(self) -> ToolState:
         """The only state of a bare flange."""
         return self.cell.robot.tool.default_state
@@ -119,16 +139,39 @@ class ArmWorld:
     def step(self) -> None:
         """Advance by a step."""
         self.hand.exert()
-        self._engine.step()
+        self.engine.step()
         self._n_steps += 1
         planned = PlannedContacts(met=self.reached_for)
-        self._log.update(self._engine.contact_points(ROBOT), planned, None, self.t)
+        self._log.update(self.engine.contact_points(ROBOT), planned, None, self.t)
         if self.observer is not None:
             self.observer(self)
 
+    def wait(self, duration: float) -> None:
+        """Let time pass while the arm rests.
+
+        Args:
+            duration: s.
+        """
+        for _ in range(round(duration / TIME_STEP)):
+            self.step()
+
+    def reset(self, q: Array, taken: Sequence[str]) -> None:
+        """Bring the arm elsewhere by hand, with the open hand, and take items out of the world.
+
+        Args:
+            q: (n,) rad.
+            taken: Ids of these items.
+        """
+        self.reach_for(frozenset())
+        self.arm.reset(q)
+        self.hand.reset()
+        for name in taken:
+            self.engine.remove(name)
+        self.scene = replace(self.scene, items=tuple(p for p in self.scene.items if p.id not in taken))
+
     def close(self) -> None:
         """Free the engine."""
-        self._engine.close()
+        self.engine.close()
 
     # What is seen ------------------------------------------------------------------------------------
 
@@ -144,7 +187,7 @@ class ArmWorld:
             names: Their ids.
         """
         for name in sorted(self.reached_for ^ names):
-            self._engine.keep_awake(name, name in names)
+            self.engine.keep_awake(name, name in names)
         self.reached_for = names
 
     def pose(self, name: str) -> Array:
@@ -156,7 +199,7 @@ class ArmWorld:
         Returns:
             (4, 4) T_world_item.
         """
-        return self._engine.pose(name)
+        return self.engine.pose(name)
 
     def pose_in_hand(self, name: str) -> Array:
         """Return where an item is in the hand.
@@ -167,7 +210,7 @@ class ArmWorld:
         Returns:
             (4, 4) T_hand_item.
         """
-        return inverse(self._engine.pose(ROBOT, PALM)) @ self._engine.pose(name)
+        return inverse(self.engine.pose(ROBOT, PALM)) @ self.engine.pose(name)
 
     def middle_in_hand(self, name: str) -> Array:
         """Return where the middle of an item is.
@@ -189,24 +232,24 @@ class ArmWorld:
         Returns:
             Contact points (3,) in m in the frame of the hand, by link of the hand or name of another body.
         """
-        T_hand_world = inverse(self._engine.pose(ROBOT, PALM))
+        T_hand_world = inverse(self.engine.pose(ROBOT, PALM))
         found: dict[str, list[Array]] = {}
-        for point in self._engine.contact_points(name):
+        for point in self.engine.contact_points(name):
             at = T_hand_world[:3, :3] @ np.array(point.position) + T_hand_world[:3, 3]
             found.setdefault(point.link_b if point.b == ROBOT else point.b, []).append(at)
         return found
 
-    def placed(self, name: str) -> PlacedItem:
+    def placed(self, item_id: str) -> PlacedItem:
         """Return an item as it is now.
 
         Args:
-            name: Its id.
+            item_id: Its id.
 
         Returns:
             The item, in the place where it is.
         """
-        before = self.scene.find(name)
-        T = self._engine.pose(name)
+        before = self.scene.find(item_id)
+        T = self.engine.pose(item_id)
         return replace(before, T_world_item=T, location=location_of(self.scene, before.item, T))
 
     def now(self) -> Scene:

@@ -80,6 +80,16 @@ class HandArm:
         """Follow set points from now on, at first where the arm is."""
         self.is_compliant, self.command = False, self.q.copy()
 
+    def reset(self, q: Array) -> None:
+        """Stand elsewhere at once, as brought there by hand.
+
+        Args:
+            q: (n,) rad.
+        """
+        self._engine.reset_joints(ROBOT, dict(zip(self.joints, q.tolist(), strict=True)))
+        self.q = q.copy()
+        self.follow()
+
     def exert(self) -> None:
         """Let the joints act in the next step."""
         engine = self._engine

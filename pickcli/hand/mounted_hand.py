@@ -89,8 +89,8 @@ def with_hand(
     """
     if not cell.robot.tool.is_bare:
         raise InputError(
-            f"{cell.path / 'cell.yaml'}: the arm has a tool of its own; a hand needs a cell whose file states no "
-            "`tool`, such as apple_booth_belts"
+            f"{cell.path / 'cell.yaml'}: the arm has a tool of its own; a hand needs a cell "
+            "whose file states no `tool`, such as apple_booth_belts"
         )
     T, name = flange_to_hand(hand), cell.robot.tool.flange_link
     carried = [

@@ -1,4 +1,7 @@
-"""Sets down what a hand holds: lowering until it stands, opening, backing off (Krug et al., Fig. 7, placement)."""
+"""Sets down what a hand holds: lowering until it stands, opening, backing off.
+
+Source: Krug et al., RA-L 2016, Fig. 7, placement.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ STANDS = 8.0  # N that the arm presses down more than before: what is held stand
 LOWERED = 0.04  # m, at most
 LOWERING_TIME = 2.5  # s for all of it
 LET_GO = -0.45  # rad of the closing motor, at which pads are clear of cans, and not yet of far neighbours
+PAST = 0.05  # rad by which the motor may come to rest beyond such an angle
 OPENING_SPEED = 0.4  # rad/s of the closing motor
 OPENING_TIME = 4.0  # s, after which opening is given up
 BACKED = 0.12  # m straight back, out of the fingers' reach
@@ -24,37 +28,45 @@ class PlaceExecution(StagedExecution):
         """Lower, open and back off, until the end or a stop."""
         self.carry_out(self._place)
 
-    def open_wide(self) -> None:
-        """Open the fingers as far as they go, until the end or a stop."""
-        self.carry_out(
-            lambda: self.stage(StageName.OPENING, lambda: self._open(-self.hand.hand.fingers.widest))
-        )
+    def open_to(self, angle: float) -> None:
+        """Open or close the fingers, until the end or a stop.
+
+        Args:
+            angle: rad of the closing motor.
+        """
+        self.carry_out(lambda: self.stage(StageName.OPENING, lambda: self._turn_to(angle)))
 
     def leave(self) -> None:
         """Open the fingers as far as they go and back off, until the end or a stop."""
 
         def act() -> None:
-            self.stage(StageName.OPENING, lambda: self._open(-self.hand.hand.fingers.widest))
+            self.stage(StageName.OPENING, lambda: self._turn_to(-self.hand.hand.fingers.widest))
             self.stage(StageName.BACKING, self._back_off)
 
         self.carry_out(act)
 
     def _place(self) -> None:
         self.stage(StageName.LOWERING, self._lower)
-        self.stage(StageName.OPENING, lambda: self._open(LET_GO))
+        self.stage(StageName.OPENING, lambda: self._turn_to(LET_GO))
         self.stage(StageName.BACKING, self._back_off)
 
     def _lower(self) -> str:
-        borne = self.hand.wrist.lifting
-        goal = self.hand.wrist.wanted - np.array([0.0, 0.0, LOWERED, 0.0, 0.0, 0.0])
-        return self.move(goal, LOWERING_TIME, until=lambda: borne - self.hand.wrist.lifting > STANDS)
+        wrist = self.hand.wrist
+        borne = wrist.lifting
+        goal = wrist.wanted - np.array([0.0, 0.0, LOWERED, 0.0, 0.0, 0.0])
+        ended_by = self.move(goal, LOWERING_TIME, until=lambda: borne - wrist.lifting > STANDS)
+        # The hand would follow that far down as soon as it lets go.
+        wrist.wanted[2] += (borne - wrist.lifting) / self.hand.hand.wrist.stiff
+        return ended_by
 
-    def _open(self, angle: float) -> str:
+    def _turn_to(self, angle: float) -> str:
+        """Turn the closing motor to an angle (rad)."""
         motor = self.hand.motor
-        motor.wanted = -OPENING_SPEED
-        is_open = self.wait_for(lambda: motor.angle <= angle, OPENING_TIME)
+        way = 1.0 if angle > motor.angle else -1.0
+        motor.wanted = way * OPENING_SPEED
+        is_there = self.wait_for(lambda: way * (motor.angle - angle) >= 0.0, OPENING_TIME)
         motor.wanted = 0.0
-        return "open" if is_open else "time"
+        return "open" if is_there else "time"
 
     def _back_off(self) -> str:
         yaw, wanted = float(self.hand.wrist.wanted[3]), self.hand.wrist.wanted

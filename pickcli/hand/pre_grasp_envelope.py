@@ -1,7 +1,7 @@
 """Envelopes of the poses before a grasp: where the open hand stands around an object, or before a cluster.
 
-Source: Krug et al., RA-L 2016, section III-A, Fig. 3. An envelope is of the flange that carries the hand: its z
-axis is the approach, its x axis points upwards.
+Source: Krug et al., RA-L 2016, section III-A, Fig. 3. An envelope is of the flange that carries the hand: its
+z axis is the approach, its x axis points upwards.
 """
 
 from __future__ import annotations
@@ -12,14 +12,38 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, pose
 from pickcli.grasping.envelope import Alignment, Envelope
 from pickcli.hand.belt_hand import BeltHand
+from pickcli.hand.hand_urdf import pad_offset
 from pickcli.kernel import SurfaceKind
 
-NEAR = 0.008  # m either way of the distance from which single objects are grasped
+REACH = (
+    0.08  # m from the palm to the middle of a single object: so far out that the fingers need not open wide
+)
+NEAR = 0.005  # m either way of it
+BESIDE = 0.012  # m from an object to the pads that are to close on it, if it is in the middle
 HIGH = 0.004  # m either way of the middle of the height
-FACING = 0.08  # rad either way, by which the approach to a box is off its face
+FACING = 0.05  # rad either way, by which the approach to a box is off its face
 CLUSTER_NEAR = 0.004  # m either way, before a cluster
-CONE = np.radians(4.0)  # of approach and upward axis
+CONE = np.radians(2.0)  # of approach and upward axis
 UP, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+
+
+def aperture(hand: BeltHand, shape: Shape) -> float:
+    """Return how far the fingers open for an object.
+
+    Args:
+        hand: The hand.
+        shape: Its shape: an upright cylinder, or a box.
+
+    Returns:
+        rad of the closing motor, at which both pads are ``BESIDE`` off it anywhere in its envelope.
+    """
+    width = float(shape.extents[:2].max())
+    half = width / 2 if shape.kind is ShapeKind.CYLINDER else width / 2 * (1.0 + FACING)
+    base, depth = hand.fingers.base / 2, REACH - NEAR
+    # The distance of the middle from a pad that leans outwards by a: base cos a + depth sin a - offset.
+    wanted = (half + BESIDE + pad_offset(hand)) / np.hypot(base, depth)
+    leaning = np.arcsin(np.clip(wanted, 0.0, 1.0)) - np.arctan2(base, depth)
+    return -min(float(leaning), hand.fingers.widest)
 
 
 def object_envelopes(hand: BeltHand, shape: Shape) -> tuple[Envelope, ...]:
@@ -36,11 +60,12 @@ def object_envelopes(hand: BeltHand, shape: Shape) -> tuple[Envelope, ...]:
     if shape.kind is ShapeKind.BOX:
         faces = zip(("+x", "+y", "-x", "-y"), np.arange(4) * np.pi / 2, strict=True)
         around = tuple((name, middle - FACING, middle + FACING) for name, middle in faces)
-    far = hand.control.reach + hand.palm.depth
+    far = REACH + hand.palm.depth
     return tuple(
         Envelope(
             name, SurfaceKind.CYLINDER, np.eye(4),
-            np.array([low, -HIGH, far - NEAR]), np.array([high, HIGH, far + NEAR]), CONE, Alignment(UP, Z, CONE),
+            np.array([low, -HIGH, far - NEAR]), np.array([high, HIGH, far + NEAR]),
+            CONE, Alignment(UP, Z, CONE),
         )
         for name, low, high in around
     )  # fmt: skip
@@ -52,7 +77,7 @@ def cluster_envelope(hand: BeltHand, width: float, closest: Array, towards: Arra
     Args:
         hand: The hand.
         width: m, of the objects.
-        closest: (3,) m, the point of the cluster that was closest as it was looked at, half-way up the objects.
+        closest: (3,) m, the point of the cluster that was closest as it was looked at, half-way up.
         towards: (2,) unit, the horizontal direction to that point.
 
     Returns:

@@ -163,6 +163,16 @@ class SimulatedHand:
         """(2, 2) rad, of the proximal joint and the hinge of the left and the right finger."""
         return self.q[-N_FINGER_JOINTS:].reshape(2, 2)
 
+    def reset(self) -> None:
+        """Open the fingers at once, as by hand, with nothing between them."""
+        fingers = self._joints[-N_FINGER_JOINTS:]
+        stand = dict(zip(fingers, open_fingers(self.hand).ravel().tolist(), strict=True))
+        self._engine.reset_joints(self.body, stand)
+        self.motor.angle, self.motor.rate, self.motor.wanted = -self.hand.fingers.widest, 0.0, 0.0
+        self.run_belts(0.0, 0.0)
+        for presses in self._presses.values():
+            presses.clear()
+
     @property
     def tips(self) -> Array:
         """(2, 2) m of the end of each pad: along the approach, and inwards of the middle."""
