@@ -8,13 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.geometry import Array
-from pickcli.hand.staged_execution import StagedExecution, StageName
+from pickcli.hand.staged_execution import SETTLED, StagedExecution, StageName
 
 STANDS = 8.0  # N that the arm presses down more than before: what is held stands
 LOWERED = 0.04  # m, at most
 LOWERING_TIME = 2.5  # s for all of it
-LET_GO = -0.45  # rad of the closing motor, at which pads are clear of cans, and not yet of far neighbours
-PAST = 0.05  # rad by which the motor may come to rest beyond such an angle
+LET_GO = -0.56  # rad of the closing motor, at which pads are clear of cans, and not yet of far neighbours
+PAST = 0.02  # rad by which the motor may come to rest beyond such an angle
 OPENING_SPEED = 0.4  # rad/s of the closing motor
 OPENING_TIME = 4.0  # s, after which opening is given up
 BACKED = 0.12  # m straight back, out of the fingers' reach
@@ -64,8 +64,12 @@ class PlaceExecution(StagedExecution):
         motor = self.hand.motor
         way = 1.0 if angle > motor.angle else -1.0
         motor.wanted = way * OPENING_SPEED
-        is_there = self.wait_for(lambda: way * (motor.angle - angle) >= 0.0, OPENING_TIME)
+        t_end = self.world.time + OPENING_TIME
+        while way * (angle - motor.angle) > 0.0 and self.world.time < t_end:
+            self.step()
+        is_there = way * (angle - motor.angle) <= 0.0
         motor.wanted = 0.0
+        self.wait(SETTLED)
         return "open" if is_there else "time"
 
     def _back_off(self) -> str:

@@ -1,4 +1,4 @@
-"""Envelopes of the poses before a grasp: where the open hand stands around an object, or before a cluster.
+"""Envelopes of the poses before a grasp: where the open hand stands around an object.
 
 Source: Krug et al., RA-L 2016, section III-A, Fig. 3. An envelope is of the flange that carries the hand: its
 z axis is the approach, its x axis points upwards.
@@ -9,20 +9,16 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, pose
 from pickcli.grasping.envelope import Alignment, Envelope
 from pickcli.hand.belt_hand import BeltHand
 from pickcli.hand.hand_urdf import pad_offset
 from pickcli.kernel import SurfaceKind
 
-REACH = (
-    0.08  # m from the palm to the middle of a single object: so far out that the fingers need not open wide
-)
+REACH = 0.08  # m from the palm to the middle of an object: so far out that fingers need not open wide
 NEAR = 0.005  # m either way of it
 BESIDE = 0.012  # m from an object to the pads that are to close on it, if it is in the middle
 HIGH = 0.004  # m either way of the middle of the height
 FACING = 0.05  # rad either way, by which the approach to a box is off its face
-CLUSTER_NEAR = 0.004  # m either way, before a cluster
 CONE = np.radians(2.0)  # of approach and upward axis
 UP, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -37,9 +33,9 @@ def aperture(hand: BeltHand, shape: Shape) -> float:
     Returns:
         rad of the closing motor, at which both pads are ``BESIDE`` off it anywhere in its envelope.
     """
-    width = float(shape.extents[:2].max())
-    half = width / 2 if shape.kind is ShapeKind.CYLINDER else width / 2 * (1.0 + FACING)
-    base, depth = hand.fingers.base / 2, REACH - NEAR
+    half, base, depth = float(shape.extents[:2].max()) / 2, hand.fingers.base / 2, REACH - NEAR
+    if shape.kind is ShapeKind.BOX:  # whose near corners are nearer to the palm, and turned aside
+        half, depth = half * (1.0 + FACING), depth - half
     # The distance of the middle from a pad that leans outwards by a: base cos a + depth sin a - offset.
     wanted = (half + BESIDE + pad_offset(hand)) / np.hypot(base, depth)
     leaning = np.arcsin(np.clip(wanted, 0.0, 1.0)) - np.arctan2(base, depth)
@@ -68,26 +64,4 @@ def object_envelopes(hand: BeltHand, shape: Shape) -> tuple[Envelope, ...]:
             CONE, Alignment(UP, Z, CONE),
         )
         for name, low, high in around
-    )  # fmt: skip
-
-
-def cluster_envelope(hand: BeltHand, width: float, closest: Array, towards: Array) -> Envelope:
-    """Return the envelope before a cluster of objects, of which none is singled out.
-
-    Args:
-        hand: The hand.
-        width: m, of the objects.
-        closest: (3,) m, the point of the cluster that was closest as it was looked at, half-way up.
-        towards: (2,) unit, the horizontal direction to that point.
-
-    Returns:
-        The envelope, in the frame of the points.
-    """
-    outward = np.array([*-towards, 0.0])
-    T = pose(closest, R=np.column_stack([Z, np.cross(outward, Z), outward]))
-    far = hand.control.cluster_reach - width / 2 + hand.palm.depth
-    half = np.full(3, CLUSTER_NEAR)
-    middle = np.array([0.0, 0.0, far])
-    return Envelope(
-        "cluster", SurfaceKind.PLANE, T, middle - half, middle + half, CONE, Alignment(UP, Z, CONE)
     )  # fmt: skip
