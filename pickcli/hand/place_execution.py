@@ -52,6 +52,7 @@ class PlaceExecution(StagedExecution):
 
     def _lower(self) -> str:
         wrist = self.hand.wrist
+        self.wait(SETTLED)  # until the arm bears what is held
         borne = wrist.lifting
         goal = wrist.wanted - np.array([0.0, 0.0, LOWERED, 0.0, 0.0, 0.0])
         ended_by = self.move(goal, LOWERING_TIME, until=lambda: borne - wrist.lifting > STANDS)
