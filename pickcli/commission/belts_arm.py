@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pickcli.commission.commission import LOAD, PALLET
+from pickcli.commission.commission import PALLET
 from pickcli.commission.commission_arm import (
     QUERY_CHARGE,
     RESET_TIME,
@@ -92,7 +92,11 @@ class BeltsArm(CommissionArm):
         self.look()
         seen, station = self._looked(), self.station
         place = seen.T_world_place(station.cell.places[PALLET])
-        handling.transfer(seen, grasp.held, place @ station.stated(self._placements[name]).T_place_item)
+        try:
+            handling.transfer(seen, grasp.held, place @ station.stated(self._placements[name]).T_place_item)
+        except NoPlanError as error:
+            handling.put_back()
+            return str(error)
         handling.set_down()
         return ""
 
@@ -116,10 +120,15 @@ class BeltsArm(CommissionArm):
             why = str(error)
         except HandStoppedError as error:
             why, self.n_stops = str(error), self.n_stops + 1
-        taken = [name for name in held if world.placed(name).location not in (LOAD, PALLET)]
-        world.reset(self._home.q, taken)
+        world.reset(self._home.q, [name for name in held if self._is_off_support(name)])
         world.wait(RESET_TIME)
         return why
+
+    def _is_off_support(self, name: str) -> bool:
+        """Whether an item is in the hand, or has fallen off load and pallet."""
+        world, carriers = self._handling.world, self.station.cell.carriers
+        supports = {body.name for carrier in (LOAD, PALLET) for body in carriers[carrier].bodies}
+        return not supports & world.contacts(name).keys()
 
     def _note(self) -> None:
         """Note plans and faults so far."""

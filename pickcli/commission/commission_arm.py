@@ -81,23 +81,34 @@ class LoadWorld(Protocol):
 
     @property
     def cell(self) -> Cell:
-        """The cell."""
+        """The cell as the arm sees it."""
 
     @property
     def t(self) -> float:
-        """S since it was put up."""
+        """S since the world was put up."""
 
     def wait(self, duration: float) -> None:
-        """Let time pass, s, while the arm rests."""
+        """Let time pass while the arm rests.
+
+        Args:
+            duration: s.
+        """
 
     def now(self) -> Scene:
         """Return the scene as it is."""
 
     def placed(self, item_id: str) -> PlacedItem:
-        """Return an item as it is."""
+        """Return an item as it is.
+
+        Args:
+            item_id: Its id.
+
+        Returns:
+            The item where it is now.
+        """
 
     def close(self) -> None:
-        """Free it."""
+        """Free the engines of the world."""
 
 
 class CommissionArm:

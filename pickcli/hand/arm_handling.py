@@ -16,6 +16,7 @@ from pickcli.geometry import Array, pose, rotation_from_vector
 from pickcli.grasping.envelope import Envelope
 from pickcli.hand.arm_motions import (
     HELD_MARGIN,
+    RAISED,
     Carried,
     CertifiedMotion,
     HeldObject,
@@ -36,6 +37,7 @@ from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.plan_record import PlanRecord
 from pickcli.simulation.plan_run import PlanRun
 
+REACHING_DOWN = 0.025  # m that what is held is lowered beyond where it should stand
 STAYING = 2.0  # A of the closing motor, with which open fingers stay where they are while the arm moves
 
 
@@ -159,13 +161,20 @@ class ArmHandling:
         self._run(plan_to_place(others, carried, world.q, held, self._next_seed()))
 
     def set_down(self) -> None:
-        """Lower what is held until it stands, open and back off. Raises HandStoppedError."""
+        """Lower what is held onto its place, let go and back off. Raises HandStoppedError."""
+        self._place(RAISED + REACHING_DOWN)
+
+    def put_back(self) -> None:
+        """Lower what is held to where it was lifted from, let go and back off. Raises HandStoppedError."""
+        self._place(self.world.hand.hand.control.lift + REACHING_DOWN)
+
+    def _place(self, deepest: float) -> None:
         execution = PlaceExecution(self.world)
-        self._carry_out(execution, execution.place)
+        self._carry_out(execution, lambda: execution.place(deepest))
         self.world.reach_for(frozenset())
 
     def go_home(self, seen: Scene) -> None:
-        """Move home.
+        """Move home by a certified plan.
 
         Args:
             seen: The scene as perceived.

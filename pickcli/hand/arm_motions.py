@@ -38,6 +38,7 @@ MOST_GOALS = 24  # configurations to which a motion is sought at a time
 MOST_PLANS = 6  # that are made until one is certified
 FROM_LIMITS = 0.08  # rad that joints keep from their limits where the arm is compliant afterwards
 TURNS = 24  # directions of the hand that are tried at a place
+ASKEW = np.array([-0.4, -0.2, 0.2, 0.4])  # rad by which a box may stand turned where it has no room otherwise
 SEEDS = 6  # of inverse kinematics, for each
 HELD_MARGIN = 0.003  # m by which what is held is grown: it may shift in the fingers
 RAISED = 0.015  # m over a place to which what is held is brought by a plan
@@ -145,12 +146,15 @@ def plan_to_place(scene: Scene, carried: Carried, q: Array, held: HeldObject, se
     motion = _Motion.of(scene, carried, q, seed)
     away = _Motion.of(scene, Carried(carried.hand, np.array([[LET_GO - PAST, 0.0]] * 2)), q, seed)
     failures, goals = Failures(), list[Array]()
-    for goal in motion.configurations(_poses_at(motion, held)):
-        why = away.why_not_set_down(goal)
-        if why is None:
-            goals.append(goal)
-        else:
-            failures += why
+    for turns in _turns(motion, held):
+        for goal in motion.configurations(_poses_at(motion, held, turns)):
+            why = away.why_not_set_down(goal)
+            if why is None:
+                goals.append(goal)
+            else:
+                failures += why
+        if goals:
+            break
     if not goals:
         failures += Reason("no free pose over the place, from which the hand can back off", "transfer")
     ends = [goal[None] for goal in goals[:MOST_GOALS]]
@@ -158,7 +162,7 @@ def plan_to_place(scene: Scene, carried: Carried, q: Array, held: HeldObject, se
 
 
 def plan_home(scene: Scene, carried: Carried, q: Array, home: Array, seed: int) -> CertifiedMotion:
-    """Plan home.
+    """Plan a motion home.
 
     Args:
         scene: The scene as perceived.
@@ -265,20 +269,30 @@ class _Motion:
         raise NoPlanError(label, failures)
 
 
-def _poses_at(motion: _Motion, held: HeldObject) -> list[Array]:
+def _turns(motion: _Motion, held: HeldObject) -> tuple[Array, ...]:
+    """Return rad by which what is held may be turned: as it is to stand, else a bit aside."""
+    if held.is_round:
+        return (np.arange(TURNS) * 2 * np.pi / TURNS,)
+    T_item = _T_world_hand(motion) @ held.T_hand_item
+    square = _yaw(held.T_world_item) - _yaw(T_item) + np.arange(4) * np.pi / 2
+    return square, (square[:, None] + ASKEW).ravel()
+
+
+def _poses_at(motion: _Motion, held: HeldObject, turns: Array) -> list[Array]:
     """Return poses (4, 4) of the flange in which what is held is just over its place, upright."""
     T_flange_hand = flange_to_hand(motion.carried.hand)
-    T_hand = motion.context.arm.tip(motion.q, motion.state) @ T_flange_hand
-    T_item = T_hand @ held.T_hand_item
-    first = 0.0 if held.is_round else _yaw(held.T_world_item) - _yaw(T_item)
-    turns = first + np.arange(TURNS if held.is_round else 4) * 2 * np.pi / (TURNS if held.is_round else 4)
+    T_item = _T_world_hand(motion) @ held.T_hand_item
     above = held.T_world_item[:3, 3] + (0.0, 0.0, RAISED)
     found = []
-    for turn in turns:
-        R = rotation_axis_angle((0.0, 0.0, 1.0), float(turn))
+    for turn in turns.tolist():
+        R = rotation_axis_angle((0.0, 0.0, 1.0), turn)
         T_to = pose(above, R=R @ levelled(T_item[:3, :3])) @ inverse(held.T_hand_item)
         found.append(T_to @ inverse(T_flange_hand))
     return found
+
+
+def _T_world_hand(motion: _Motion) -> Array:
+    return motion.context.arm.tip(motion.q, motion.state) @ flange_to_hand(motion.carried.hand)
 
 
 def _yaw(T: Array) -> float:

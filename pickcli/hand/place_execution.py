@@ -11,8 +11,7 @@ from pickcli.geometry import Array
 from pickcli.hand.staged_execution import SETTLED, StagedExecution, StageName
 
 STANDS = 8.0  # N that the arm presses down more than before: what is held stands
-LOWERED = 0.04  # m, at most
-LOWERING_TIME = 2.5  # s for all of it
+LOWERING_SPEED = 0.03  # m/s in the mean
 LET_GO = -0.56  # rad of the closing motor, at which pads are clear of cans, and not yet of far neighbours
 PAST = 0.02  # rad by which the motor may come to rest beyond such an angle
 OPENING_SPEED = 0.4  # rad/s of the closing motor
@@ -24,9 +23,19 @@ BACKING_TIME = 1.2  # s
 class PlaceExecution(StagedExecution):
     """The controller that sets down what the hand holds."""
 
-    def place(self) -> None:
-        """Lower, open and back off, until the end or a stop."""
-        self.carry_out(self._place)
+    def place(self, deepest: float) -> None:
+        """Lower, open and back off, until the end or a stop.
+
+        Args:
+            deepest: m, by which what is held is lowered at most.
+        """
+
+        def act() -> None:
+            self.stage(StageName.LOWERING, lambda: self._lower(deepest))
+            self.stage(StageName.OPENING, lambda: self._turn_to(LET_GO))
+            self.stage(StageName.BACKING, self._back_off)
+
+        self.carry_out(act)
 
     def open_to(self, angle: float) -> None:
         """Open or close the fingers, until the end or a stop.
@@ -45,17 +54,12 @@ class PlaceExecution(StagedExecution):
 
         self.carry_out(act)
 
-    def _place(self) -> None:
-        self.stage(StageName.LOWERING, self._lower)
-        self.stage(StageName.OPENING, lambda: self._turn_to(LET_GO))
-        self.stage(StageName.BACKING, self._back_off)
-
-    def _lower(self) -> str:
+    def _lower(self, deepest: float) -> str:
         wrist = self.hand.wrist
         self.wait(SETTLED)  # until the arm bears what is held
         borne = wrist.lifting
-        goal = wrist.wanted - np.array([0.0, 0.0, LOWERED, 0.0, 0.0, 0.0])
-        ended_by = self.move(goal, LOWERING_TIME, until=lambda: borne - wrist.lifting > STANDS)
+        goal = wrist.wanted - np.array([0.0, 0.0, deepest, 0.0, 0.0, 0.0])
+        ended_by = self.move(goal, deepest / LOWERING_SPEED, until=lambda: borne - wrist.lifting > STANDS)
         # The hand would follow that far down as soon as it lets go.
         wrist.wanted[2] += (borne - wrist.lifting) / self.hand.hand.wrist.stiff
         return ended_by
