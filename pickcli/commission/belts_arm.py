@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pickcli.commission.commission import PALLET
+from pickcli.commission.commission import LOAD, PALLET
 from pickcli.commission.commission_arm import (
     QUERY_CHARGE,
     RESET_TIME,
