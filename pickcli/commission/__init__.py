@@ -2,6 +2,6 @@
 
 The APPLE system's chain (Krug et al. 2016, Fig. 7). A `commission`, read by `commission_file`, in a cell is a
 `commission_station`. `commission_trial` lets a tree play it with the `commission_truck` and the
-`commission_arm`; a `commission_result` says what came of it, and a `commission_record` what its file says,
-beside others in a `commission_folder`.
+`commission_arm`, or the `belts_arm`, which has a hand with belts; a `commission_result` says what came of it,
+and a `commission_record` what its file says, beside others in a `commission_folder`.
 """

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pickcli.commission.belts_arm import BeltsArm
 from pickcli.commission.commission_arm import CommissionArm
 from pickcli.commission.commission_result import (
     ActionError,
@@ -151,7 +152,8 @@ class _CommissionTrial:
     ) -> None:  # fmt: skip
         self.station, self.on_progress = station, on_progress
         self.truck = CommissionTruck(station, request.drive_noise, request.seed)
-        self.arm = CommissionArm(station, context, request.noise, request.reality, request.seed)
+        of_cell = CommissionArm if station.hand is None else BeltsArm
+        self.arm = of_cell(station, context, request.noise, request.reality, request.seed)
         self.tried = {each.carton.id: _Tried() for each in station.placements}
         self.chosen = self.aborted = ""
         self.at_load = False
