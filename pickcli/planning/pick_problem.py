@@ -10,6 +10,8 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 
 from pickcli.cell.place import Place
+from pickcli.collision.free_flyer import FreeToolChecker
+from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
@@ -244,6 +246,18 @@ class PickProblem:
         """
         noise = self.scene.noise_of(self.target)
         return self.context.method.hold(self.target.item, face, T_tip_item, noise)
+
+    def tool_checker(self, mode: Mode) -> FreeToolChecker:
+        """Return the checker of the tool without the arm, level about the axes of the way into the place.
+
+        Args:
+            mode: State of the tool, and what it may touch.
+
+        Returns:
+            The checker.
+        """
+        axes = self.T_world_entry[:3, :3]
+        return self.context.checkers.tool(self.scene, mode.tool_state, axes, mode.contacts)
 
     @property
     def uncertainty(self) -> float:
