@@ -25,7 +25,7 @@ class HeldBody:
     inertia: Array
 
     def wrench(self, motion: TipMotion, gravity: float = GRAVITY) -> Array:
-        """Compute the wrench of the cup on the body in every state of a motion.
+        """Compute the wrench of the tool on the body in every state of a motion.
 
         Args:
             motion: N states of the tool frame.
@@ -45,7 +45,7 @@ class HeldBody:
         return np.concatenate([force, spin - force @ S], axis=1)
 
     def weight(self, R_world_tip: Array) -> Array:
-        """Compute the wrench of the cup on the body at rest.
+        """Compute the wrench of the tool on the body at rest.
 
         Args:
             R_world_tip: (N, 3, 3) orientations of the tool frame.

@@ -214,7 +214,7 @@ class PickProblem:
 
     @property
     def max_tilt(self) -> float | None:
-        """Rad that the target may be tilted while it is held: as asked, or less as its item file states."""
+        """Most tilt (rad) of the target while it is held: as asked, or less as its item file states."""
         stated = (self.context.settings.upright, self.target.item.max_tilt)
         return min((each for each in stated if each is not None), default=None)
 
@@ -289,12 +289,12 @@ class PickProblem:
 
     @cached_property
     def mass_on_target(self) -> float:
-        """Kg of all that the lifted target may have to bear as it slides off; 0 if nothing is pushed."""
+        """Mass (kg) that the lifted target may have to bear as it slides off; 0 if nothing is pushed."""
         return mass_above(supports_of(self.scene), self.target.id) if self.pushed else 0.0
 
     @cached_property
     def above_pushed(self) -> float:
-        """M over the rim that what may be pushed reaches, or may rear up to; the retreat ends above it."""
+        """Height (m) over the rim that what may be pushed reaches or rears up to; the retreat ends above."""
         if not self.pushed:
             return -np.inf
         rim = float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])

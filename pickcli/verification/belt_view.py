@@ -140,7 +140,7 @@ def _stage(segment: Segment, t_works: float, t_left: float) -> int:
 
 
 def _axis_range(robot: Robot, along: Array) -> float:
-    """M over which the robot's axes along the belt may take the arm with it."""
+    """Length (m) over which the robot's axes along the belt may take the arm with it."""
     limits, T, found = robot.limits, robot.T_world_base[:3, :3], 0.0
     for joint in robot.joints:
         T = T @ joint.T_parent_joint[:3, :3]
@@ -252,7 +252,7 @@ def _contact(plan: Plan) -> Segment:
 
 
 def _times_in_window(plan: Plan, scene: Scene) -> tuple[float, float]:
-    """S at which the item that is taken enters and leaves the window of its conveyor."""
+    """Time (s) at which the item that is taken enters and leaves the window of its conveyor."""
     assert plan.tracking is not None and plan.grasp is not None
     carrier = scene.cell.carriers[plan.tracking.conveyor]
     assert carrier.conveyor is not None

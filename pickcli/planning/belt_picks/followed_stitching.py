@@ -77,12 +77,12 @@ class FollowedTaking:
 
     @property
     def t_contact(self) -> float:
-        """S from the beginning of the motion to the contact."""
+        """Time (s) from the beginning of the motion to the contact."""
         return self.ramp + self.taking.inward.trajectory.duration
 
     @property
     def lasts(self) -> float:
-        """S from the contact until the item is off the belt."""
+        """Time (s) from the contact until the item is off the belt."""
         return self.taking.lasts
 
     @property

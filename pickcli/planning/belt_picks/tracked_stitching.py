@@ -70,7 +70,7 @@ class TimedTaking:
 
     @property
     def lasts(self) -> float:
-        """S from the contact until the item is off the belt."""
+        """Time (s) from the contact until the item is off the belt."""
         return self.rest + sum(part.run.trajectory.duration + part.rest for part in self.outward.parts)
 
 
