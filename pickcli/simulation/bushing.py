@@ -125,8 +125,8 @@ class Bushing:
 
 
 @dataclass(frozen=True, eq=False)
-class HangingItem:
-    """An item that hangs on a link of the robot, at one time step.
+class BushingItem:
+    """An item that hangs by a bushing on a link of the robot, at one time step.
 
     Attributes:
         engine: Bodies and their motions.

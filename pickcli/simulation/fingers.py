@@ -16,7 +16,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.tool import Tool
 from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle, rotation_vector
-from pickcli.simulation.bushing import Bushing, HangingItem
+from pickcli.simulation.bushing import Bushing, BushingItem
 from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
 from pickcli.simulation.pads import PadStiffness, Patch, patch_on
@@ -217,7 +217,7 @@ class Fingers:
         assert self.held is not None and self._patch is not None
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
         link = self._tool.last_link
-        hanging = HangingItem(self._engine, self.held, self._robot, link, T_world_a, T_world_tip)
+        hanging = BushingItem(self._engine, self.held, self._robot, link, T_world_a, T_world_tip)
         self.load = hanging.wrench(bushing)
         self.ratio = self._patch.ratio(self.load, self._drive.force, self.friction)
         self.max_ratio = max(self.max_ratio, self.ratio)

@@ -18,7 +18,7 @@ from pickcli.cell.tool import Tool
 from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.geometry import Array, inverse, length, transform_points
 from pickcli.simulation.bellows import NOTHING, SOLID_DEPTH, Bellows, Probe
-from pickcli.simulation.bushing import Bushing, HangingItem, Stiffness
+from pickcli.simulation.bushing import Bushing, BushingItem, Stiffness
 from pickcli.simulation.cup_friction import CupFriction
 from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
@@ -297,7 +297,7 @@ class Suction:
         assert self.held is not None
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
         link = self._tool.last_link
-        hanging = HangingItem(self._engine, self.held, self._robot, link, T_world_a, T_world_tip)
+        hanging = BushingItem(self._engine, self.held, self._robot, link, T_world_a, T_world_tip)
         wrench = hanging.wrench(bushing)
         self.load = CupWrench(wrench)
         hanging.apply(wrench)
