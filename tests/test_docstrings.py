@@ -106,7 +106,7 @@ def test_first_lines_say_more_than_a_word_or_two(name: str) -> None:
 
 
 UNIT_FIRST = re.compile(
-    r"(M|S|Rad|Kg|Pa|M/s|Nm) (and|at|below|between|by|for|from|of the|of all|over|that|until|which)\b"
+    r"(M|S|Rad|Kg|Pa|M/s|Nm) (and|at|below|between|by|for|from|of|over|since|that|until|which)\b"
 )  # M is mega, S is siemens
 PLAIN_POWER = re.compile(r"\b(?<!\()(m|rad|deg)/s[23]\b")  # "(m/s2)2" is a power itself
 

@@ -85,7 +85,7 @@ class LoadWorld(Protocol):
 
     @property
     def t(self) -> float:
-        """S since the world was put up."""
+        """Time (s) since the world was put up."""
 
     def wait(self, duration: float) -> None:
         """Let time pass while the arm rests.
@@ -158,7 +158,7 @@ class CommissionArm:
 
     @property
     def t(self) -> float:
-        """S since the world was put up; 0 before."""
+        """Time (s) since the world was put up; 0 before."""
         return 0.0 if self._world is None else self._world.t
 
     @property

@@ -17,8 +17,8 @@ from pickcli.grasping.envelope import Envelope
 from pickcli.hand.arm_motions import (
     HELD_MARGIN,
     RAISED,
-    Carried,
-    CertifiedMotion,
+    ArmMotion,
+    HandLoad,
     HeldObject,
     plan_home,
     plan_to_place,
@@ -27,7 +27,7 @@ from pickcli.hand.arm_motions import (
 from pickcli.hand.arm_world import ArmWorld
 from pickcli.hand.belt_hand import GraspObject
 from pickcli.hand.grasp_execution import GraspExecution
-from pickcli.hand.grasp_trial import LIFTED, GraspEnd, GraspWatch, is_enveloped, judged
+from pickcli.hand.grasp_trial import LIFTED, GraspEnd, HandWatch, is_enveloped, judged
 from pickcli.hand.place_execution import PlaceExecution
 from pickcli.hand.pre_grasp_envelope import aperture
 from pickcli.hand.staged_execution import GraspStage, StagedExecution
@@ -86,7 +86,7 @@ class ArmHandling:
     ) -> None:
         self.world, self.home, self.noise, self.seed = world, home, noise, seed
         self.recorder = recorder
-        self.motions: list[CertifiedMotion] = []
+        self.motions: list[ArmMotion] = []
         self.records: list[PlanRecord] = []
         self.stages: list[GraspStage] = []
         world.hand.motor.set_point = STAYING
@@ -123,7 +123,7 @@ class ArmHandling:
         world.reach_for(frozenset(reached_for))
         before = {name: float(world.pose(name)[2, 3]) for name in reached_for}
         world.arm.comply()
-        watch = GraspWatch(world)
+        watch = HandWatch(world)
         execution = GraspExecution(world, kind, watch)
         execution.grasp()
         rise = LIFTED * world.hand.hand.control.lift
@@ -207,13 +207,13 @@ class ArmHandling:
         error = pose(noise.position * off[0], R=rotation_from_vector(noise.angle * off[1]))
         return np.asarray(self.world.pose_in_hand(name) @ error)
 
-    def _carried(self) -> Carried:
-        return Carried(self.world.hand.hand, self.world.hand.fingers.copy())
+    def _carried(self) -> HandLoad:
+        return HandLoad(self.world.hand.hand, self.world.hand.fingers.copy())
 
     def _next_seed(self) -> int:
         return derived_seed("arm with a hand", self.seed, len(self.motions))
 
-    def _run(self, motion: CertifiedMotion) -> None:
+    def _run(self, motion: ArmMotion) -> None:
         noted = self.recorder.begin(motion.plan, self.world)
         run = PlanRun(motion.plan, self.world, on_progress=lambda progress: noted.note(self.world, progress))
         run.play()

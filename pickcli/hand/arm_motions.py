@@ -45,7 +45,7 @@ RAISED = 0.015  # m over a place to which what is held is brought by a plan
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class HandLoad:
     """What an arm carries while it moves.
 
     Attributes:
@@ -77,7 +77,7 @@ class HeldObject:
 
 
 @dataclass(frozen=True, eq=False)
-class CertifiedMotion:
+class ArmMotion:
     """A plan with the scene that it was certified in.
 
     Attributes:
@@ -90,8 +90,8 @@ class CertifiedMotion:
 
 
 def plan_to_pre_grasp(
-    scene: Scene, carried: Carried, q: Array, envelopes: Sequence[Envelope], T_world_object: Array, seed: int
-) -> CertifiedMotion:
+    scene: Scene, carried: HandLoad, q: Array, envelopes: Sequence[Envelope], T_world_object: Array, seed: int
+) -> ArmMotion:
     """Plan into the envelope of poses before a grasp, the last part straight.
 
     Args:
@@ -127,7 +127,7 @@ def plan_to_pre_grasp(
     return motion.certified("pre-grasp", lines, SegmentKind.PREAPPROACH, failures)
 
 
-def plan_to_place(scene: Scene, carried: Carried, q: Array, held: HeldObject, seed: int) -> CertifiedMotion:
+def plan_to_place(scene: Scene, carried: HandLoad, q: Array, held: HeldObject, seed: int) -> ArmMotion:
     """Plan with what is held to just over its place.
 
     Args:
@@ -144,7 +144,7 @@ def plan_to_place(scene: Scene, carried: Carried, q: Array, held: HeldObject, se
         NoPlanError: The place is not reached, or no motion leads there that is certified; with the reasons.
     """
     motion = _Motion.of(scene, carried, q, seed)
-    away = _Motion.of(scene, Carried(carried.hand, np.array([[LET_GO - PAST, 0.0]] * 2)), q, seed)
+    away = _Motion.of(scene, HandLoad(carried.hand, np.array([[LET_GO - PAST, 0.0]] * 2)), q, seed)
     failures, goals = Failures(), list[Array]()
     for turns in _turns(motion, held):
         for goal in motion.configurations(_poses_at(motion, held, turns)):
@@ -161,7 +161,7 @@ def plan_to_place(scene: Scene, carried: Carried, q: Array, held: HeldObject, se
     return motion.certified("transfer", ends, SegmentKind.TRANSIT, failures)
 
 
-def plan_home(scene: Scene, carried: Carried, q: Array, home: Array, seed: int) -> CertifiedMotion:
+def plan_home(scene: Scene, carried: HandLoad, q: Array, home: Array, seed: int) -> ArmMotion:
     """Plan a motion home.
 
     Args:
@@ -187,12 +187,12 @@ class _Motion:
 
     context: PlanningContext
     scene: Scene
-    carried: Carried
+    carried: HandLoad
     q: Array
     seed: int
 
     @classmethod
-    def of(cls, scene: Scene, carried: Carried, q: Array, seed: int) -> _Motion:
+    def of(cls, scene: Scene, carried: HandLoad, q: Array, seed: int) -> _Motion:
         cell = with_hand(scene.cell, carried.hand, carried.fingers, carried.held, carried.mass)
         return cls(PlanningContext(cell), replace(scene, cell=cell), carried, q, seed)
 
@@ -244,9 +244,7 @@ class _Motion:
         Q = Q[self.checker.are_valid(Q)] if len(Q) else Q
         return np.asarray(Q[np.argsort(np.linalg.norm(Q - self.q, axis=1), kind="stable")])
 
-    def certified(
-        self, label: str, ends: list[Array], kind: SegmentKind, failures: Failures
-    ) -> CertifiedMotion:
+    def certified(self, label: str, ends: list[Array], kind: SegmentKind, failures: Failures) -> ArmMotion:
         """Return a certified coarse motion to any of the ends (N, n), and along it. Raises NoPlanError."""
         limits, mode = SegmentLimits(max_tool_speed=LINE_SPEED), Mode(self.state)
         left = list(ends)
@@ -264,7 +262,7 @@ class _Motion:
             plan = stitch_run(self.context, self.scene, segments, label, self.seed)
             judged = plan if isinstance(plan, Failures) else certifier(self.scene)(plan)
             if isinstance(judged, Plan):
-                return CertifiedMotion(judged, self.scene)
+                return ArmMotion(judged, self.scene)
             failures += judged
         raise NoPlanError(label, failures)
 

@@ -77,17 +77,17 @@ class ArmWorld:
 
     @property
     def time_step(self) -> float:
-        """S of a step."""
+        """Duration (s) of a step."""
         return TIME_STEP
 
     @property
     def t(self) -> float:
-        """S since the start."""
+        """Time (s) since the start."""
         return self._n_steps * TIME_STEP
 
     @property
     def time(self) -> float:
-        """S since the start."""
+        """Time (s) since the start."""
         return self.t
 
     @property

@@ -19,7 +19,7 @@ LIFTED = 0.5  # share of the lift by which an object must have risen
 ENVELOPED = 0.8  # share of an object's width, that the gap between the tips is at most
 
 
-class ObservedWorld(HandWorld, Protocol):
+class WatchedWorld(HandWorld, Protocol):
     """A world with a hand, of which is seen what the controller does not know."""
 
     def contacts(self, name: str) -> dict[str, list[Array]]:
@@ -118,7 +118,7 @@ def play_grasp(hand: BeltHand, kind: GraspObject, pre_grasp: PreGrasp) -> GraspT
         What it came to.
     """
     world = GraspWorld(hand, kind, pre_grasp.stand, pre_grasp.start, pre_grasp.deviation)
-    watch = GraspWatch(world)
+    watch = HandWatch(world)
     execution = GraspExecution(world, kind, watch)
     before = {name: float(world.pose(name)[2, 3]) for name in world.names}
     execution.run(pre_grasp.goal, pre_grasp.seconds)
@@ -129,7 +129,7 @@ def play_grasp(hand: BeltHand, kind: GraspObject, pre_grasp: PreGrasp) -> GraspT
     return GraspTrial(pre_grasp, end, is_enveloping, tuple(execution.stages), held, watch.most_force)
 
 
-class GraspWatch:
+class HandWatch:
     """What is seen of objects in the hand while it grasps, every 20 ms.
 
     Attributes:
@@ -141,7 +141,7 @@ class GraspWatch:
         world: The world.
     """
 
-    def __init__(self, world: ObservedWorld) -> None:
+    def __init__(self, world: WatchedWorld) -> None:
         self._world = world
         self.most_force = 0.0
         self.was_between = self.was_on_hinge = False
@@ -169,7 +169,7 @@ class GraspWatch:
             self.was_on_hinge = any(set(HINGES) & self._world.contacts(name).keys() for name in between)
 
 
-def judged(held: tuple[str, ...], watch: GraspWatch) -> GraspEnd:
+def judged(held: tuple[str, ...], watch: HandWatch) -> GraspEnd:
     """Tell what a grasp came to that was not stopped.
 
     Args:
@@ -186,7 +186,7 @@ def judged(held: tuple[str, ...], watch: GraspWatch) -> GraspEnd:
     return GraspEnd.HINGE if watch.was_on_hinge else GraspEnd.DROPPED
 
 
-def is_enveloped(world: ObservedWorld, kind: GraspObject, name: str) -> bool:
+def is_enveloped(world: WatchedWorld, kind: GraspObject, name: str) -> bool:
     """Tell whether both fingers touch an object, and their tips before it leave no gap through which it fits.
 
     Args:

@@ -23,7 +23,7 @@ GONE = 1e-2  # N, below which a pad has let go of an object
 N_FINGER_JOINTS = len(FINGER_JOINTS)
 
 
-class Compliance(Protocol):
+class HandImpedance(Protocol):
     """Impedance with which a hand is held.
 
     Attributes:
@@ -56,7 +56,7 @@ class HandCarrier(Protocol):
     joints: list[int]
 
     @property
-    def impedance(self) -> Compliance:
+    def impedance(self) -> HandImpedance:
         """With which it holds the hand."""
 
     def exert(self) -> None:
@@ -154,7 +154,7 @@ class SimulatedHand:
         return self.carrier.body
 
     @property
-    def wrist(self) -> Compliance:
+    def wrist(self) -> HandImpedance:
         """Impedance with which the hand is held."""
         return self.carrier.impedance
 

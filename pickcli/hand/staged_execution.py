@@ -69,13 +69,13 @@ class HandWorld(Protocol):
 
     @property
     def time(self) -> float:
-        """S since the start."""
+        """Time (s) since the start."""
 
     def step(self) -> None:
         """Advance by ``TIME_STEP``."""
 
 
-class OverloadError(Exception):
+class ThresholdError(Exception):
     """A force or torque of the arm is beyond its threshold."""
 
 
@@ -105,7 +105,7 @@ class StagedExecution:
         """
         try:
             act()
-        except OverloadError:
+        except ThresholdError:
             self.is_stopped = True
 
     def stage(self, name: StageName, act: Callable[[], str]) -> None:
@@ -116,7 +116,7 @@ class StagedExecution:
             act: Carries it out, and tells what ended it.
 
         Raises:
-            OverloadError: A torque is beyond its threshold.
+            ThresholdError: A torque is beyond its threshold.
         """
         start, ended_by = self.world.time, "torque threshold"
         try:
@@ -137,11 +137,11 @@ class StagedExecution:
             )
 
     def step(self) -> None:
-        """Advance by a step. Raises OverloadError."""
+        """Advance by a step. Raises ThresholdError."""
         self.world.step()
         self._on_step()
         if self.hand.wrist.is_overloaded:
-            raise OverloadError
+            raise ThresholdError
 
     def wait(self, seconds: float) -> None:
         """Let time pass.

@@ -42,7 +42,7 @@ class RecordedWorld(Protocol):
 
     @property
     def t(self) -> float:
-        """S since the start."""
+        """Time (s) since the start."""
 
     @property
     def robot(self) -> Robot:
