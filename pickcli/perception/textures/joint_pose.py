@@ -19,8 +19,10 @@ from pickcli.geometry import Array, inverse, pose, rotation_from_vector, transfo
 
 _SCALE = 0.0012  # of the depth, by which a match may be off the ray of its point before it counts little
 _ITERATIONS = 12
-# Covariance of what all matches of one picture are off alike: where its camera is, and how the print looks.
-_OF_LOOK = np.diag(np.repeat([2e-4, np.radians(0.2)], 3) ** 2)  # m and rad
+# Covariance of what all matches of one picture are off alike, for where its camera is and how the print looks
+# from there; and of what those of all pictures are, for damage and light. m and rad.
+_OF_LOOK = np.diag(np.repeat([2e-4, np.radians(0.2)], 3) ** 2)
+_OF_ALL = np.diag(np.repeat([1e-4, np.radians(0.17)], 3) ** 2)
 _LEAST = 1e-9  # of the trace of the information: what no picture tells
 
 
@@ -83,7 +85,7 @@ def joint_pose(seen: Sequence[tuple[Array, PrintSighting]]) -> JointPose:
     by_look = _informations(linearised)
     left_open = _inverse(np.sum(by_look, axis=0))
     alike = np.sum([own @ _OF_LOOK @ own for own in by_look], axis=0)
-    covariance = variance * left_open + left_open @ alike @ left_open
+    covariance = variance * left_open + left_open @ alike @ left_open + _OF_ALL
     return JointPose(T, covariance, float(np.sqrt(variance)), n, n / len(weights))
 
 

@@ -51,7 +51,8 @@ def test_pictures_from_two_places_tell_what_is_along_the_rays() -> None:
 
 
 def test_the_covariance_is_that_of_errors_by_matches(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pickcli.perception.textures.joint_pose._OF_LOOK", np.zeros((6, 6)))
+    for name in ("_OF_LOOK", "_OF_ALL"):
+        monkeypatch.setattr(f"pickcli.perception.textures.joint_pose.{name}", np.zeros((6, 6)))
     solved = [joint_pose(seen([0.0, ASIDE], k)) for k in range(200)]
     shifts = np.array([(inverse(T_ITEM) @ each.T_world_item)[:3, 3] for each in solved])
     stated = np.mean([np.diag(each.covariance)[:3] for each in solved], axis=0)
