@@ -6,7 +6,8 @@ Orders are those of ``apc make-order`` with the seeds from --seed on; each is pl
 --seed 1`` with ``--perception noise`` and ``camera``, one after the other. Trials are kept under runs/camera,
 so that the same command goes on where it was interrupted; remove that folder after a change of the program. A
 bound is kept if a believed pose is truly within it, in position, angle and surface, in every look. Of each
-target that noise delivers and the camera does not, the outcome by camera is told.
+target that noise delivers and the camera does not, the outcome by camera is told, and of each bound that was
+not kept by how much.
 """
 
 from __future__ import annotations
@@ -50,8 +51,21 @@ class Comparison:
     @property
     def bounds(self) -> tuple[int, int]:
         """How many poses were believed in all looks, and how many of these were off by more than bounds."""
-        believed = [i for look in self.camera["looks"] for i in look["items"] if i["bound_mm"] is not None]
-        return len(believed), sum(not is_kept(each) for each in believed)
+        return len(self._believed), sum(not is_kept(each) for each in self._believed)
+
+    @property
+    def broken(self) -> list[str]:
+        """Poses that are off by more than their bounds: where, by how much, and what was stated."""
+        return [
+            f"{each['place']} {each['item']} is off by {_told(each, 'truly_off')}, "
+            f"stated {_told(each, 'bound')}"
+            for each in self._believed
+            if not is_kept(each)
+        ]
+
+    @property
+    def _believed(self) -> list[Mapping[str, Any]]:
+        return [i for look in self.camera["looks"] for i in look["items"] if i["bound_mm"] is not None]
 
     @property
     def lost(self) -> list[str]:
@@ -71,6 +85,13 @@ def is_kept(item: Mapping[str, Any]) -> bool:
         return False
     pairs = [(item[f"truly_off_{name}"], item[f"bound_{name}"]) for name in ERRORS]
     return all(off is None or bound is None or off <= bound for off, bound in pairs)
+
+
+def _told(item: Mapping[str, Any], what: str) -> str:
+    """Its errors or bounds: mm, degrees, and mm of the surface."""
+    return ", ".join(
+        "none" if item[f"{what}_{name}"] is None else f"{item[f'{what}_{name}']:.1f}" for name in ERRORS
+    )
 
 
 def played(seed: int, kind: str, sift: str) -> Mapping[str, Any]:
@@ -116,10 +137,10 @@ def main() -> None:
         print(row(f"`{seed}`", compared[-1:]), flush=True)
     print(row("all", compared))
     for each in compared:
-        for target in each.lost:
-            print(f"{each.seed}: {target}")
+        for told in (*each.lost, *each.broken):
+            print(f"{each.seed}: {told}")
     if given.json is not None:
-        told = {
+        points = {
             str(each.seed): {
                 "noise": each.noise["score"],
                 "camera": each.camera["score"],
@@ -127,7 +148,7 @@ def main() -> None:
             }
             for each in compared
         }
-        given.json.write_text(json.dumps(told, indent=1) + "\n")
+        given.json.write_text(json.dumps(points, indent=1) + "\n")
 
 
 if __name__ == "__main__":

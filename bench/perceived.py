@@ -42,9 +42,11 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.place import Place
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
+from pickcli.cell.sensors.material import Material
 from pickcli.cell.sensors.sensor_model import SensorModel
+from pickcli.errors import InputError
 from pickcli.geometry import Array, rotation_angle
-from pickcli.perception.depth_picture import measure_depth
+from pickcli.perception.depth_picture import DepthPicture, measure_depth
 from pickcli.perception.items.agreement import agreement_features
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, support_features
 from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
@@ -62,8 +64,10 @@ from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
+from pickcli.perception.mount_calibration import camera_in_pod
 from pickcli.perception.photograph import photograph
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
+from pickcli.perception.surface_view import FloatPicture
 from pickcli.perception.textures.print_model import print_model
 from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
@@ -120,6 +124,7 @@ class Row:
     found_by: str = "shape"
     turned_deg: float | None = None  # as deg, but no symmetry is set aside
     is_by_print: bool = False  # in both of two looks that agree
+    is_clear: bool = False
 
     @property
     def is_near(self) -> bool:
@@ -225,10 +230,23 @@ def seen_bins(
                 taken = derived_seed("taken", scene.seed, place.name, k)
                 colour = photograph(rendered, sensor.camera, T, print_set, scene.seed, taken)
             known = RenderedScene.of(empty, at.q, at.tool_state)
+            if print_set is not None and n_looks > 1:
+                T = located(scene, sensor, T, depth)
             pictures.append((RgbdPicture(sensor, T, depth, colour), known))
         at = viewpoints[0].at
         rendered = RenderedScene.of(scene, at.q, at.tool_state, deformed_seed)
         yield SeenBin(scene, place, tuple(pictures), rendered, is_deformed)
+
+
+def located(scene: Scene, sensor: SensorModel, T_world_camera: Array, depth: FloatPicture) -> Array:
+    """Pose (4, 4) of a camera relative to the pod in its picture, as in trials; as stated if that fails."""
+    picture = DepthPicture(sensor.camera, T_world_camera, depth)
+    assert sensor.depth is not None
+    try:
+        fit = camera_in_pod(picture, scene.cell, sensor.depth, scene.T_world_pod)
+    except InputError:
+        return T_world_camera
+    return np.asarray(scene.T_world_pod @ fit.T_pod_camera)
 
 
 def rows_of_scene(
@@ -341,12 +359,13 @@ def _row(
 ) -> Row:  # fmt: skip
     assert sensor.depth is not None
     error = features = of_bound = turned = None
-    if answer.T_world_item is not None and answer.support is not None:
+    if answer.T_world_item is not None:
         shape, T = answer.item.shape, answer.T_world_item
         copies = [each.T_world_item for each in items if each.item == answer.item]
         error = min((error_of(shape, T, T_true) for T_true in copies), key=lambda each: each.position)
         true = min(copies, key=lambda each: float(np.linalg.norm(each[:3, 3] - T[:3, 3])))
         turned = float(np.degrees(rotation_angle(T[:3, :3].T @ true[:3, :3])))
+    if answer.support is not None:
         lost = sensor.depth.no_return.get(answer.item.material, 0.0)
         of_confidence = support_features(answer.support, lost, len(items))
         bounds_by = bound_features(answer.support, lost, answer.confidence)
@@ -361,6 +380,7 @@ def _row(
         *_in_mm_and_degrees(error), ms, features, of_bound, *_in_mm_and_degrees(answer.bound), is_kept,
         is_printed=answer.item.is_printed, found_by=answer.found_by.value, turned_deg=turned,
         is_by_print=answer.agreement is not None and answer.agreement.is_by_print,
+        is_clear=answer.item.material is Material.CLEAR,
     )  # fmt: skip
 
 
@@ -582,6 +602,8 @@ def main() -> None:
                 print_calibration_of_prints(seen)
             else:
                 report(seen)
+                print("only clear ones:")
+                report([row for row in seen if row.is_clear])
             return
         pairs = [
             pair for scene in scenes for sensor in sensors for pair in rows_by_prints(scene, sensor, prints)

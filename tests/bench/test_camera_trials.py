@@ -11,6 +11,7 @@ from bench.camera_trials import Comparison, is_kept, row
 
 def seen(off: float | None, bound: float | None = 2.0) -> dict[str, Any]:
     return {
+        "place": "bin_A", "item": "soap",
         "bound_mm": bound, "bound_deg": bound, "bound_surface_mm": bound,
         "truly_off_mm": off, "truly_off_deg": off, "truly_off_surface_mm": off,
     }  # fmt: skip
@@ -35,5 +36,7 @@ def test_what_is_compared_is_what_was_played() -> None:
     looks = [{"items": [seen(1.0), seen(3.0), seen(3.0, None)]}, {"items": [seen(0.5)]}]
     compared = Comparison(7, record(30, 10, 20, 0), record(20, 0, 20, 0, looks=looks))
     assert compared.bounds == (3, 1)
+    told = "bin_A soap is off by 3.0, 3.0, 3.0, stated 2.0, 2.0, 2.0"
+    assert compared.broken == [told]
     assert compared.lost == ["bin_0 item_0 (10): no plan, hidden"]
     assert row("all", [compared, compared]) == "| all | 60 of 80 | 40 | 67% | 6, 2 | 0, 0 |"

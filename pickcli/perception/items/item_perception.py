@@ -6,7 +6,7 @@ agree on is sure, and known well.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -18,23 +18,33 @@ from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse
-from pickcli.perception.items.agreement import FEW, agreed_confidence, agreement_with, matched, votes_on
+from pickcli.perception.items.agreement import (
+    FEW,
+    SURE_BY_PRINT,
+    agreed_confidence,
+    agreement_with,
+    matched,
+    votes_on,
+)
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, confidence_of, truncated
 from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
 from pickcli.perception.items.item_search import ItemSearch, PoseEstimate
 from pickcli.perception.items.place_pictures import solids_around
 from pickcli.perception.items.place_view import view_of_place
-from pickcli.perception.items.pose_bound import agreed_bound_of, bound_of
+from pickcli.perception.items.pose_bound import agreed_bound_of, bound_of, joint_bound_of
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import coarse_view, room_sight
 from pickcli.perception.items.symmetry import faced_as
 from pickcli.perception.items.unknown_voxels import ASIDE, unknown_boxes, unrecognised_boxes
 from pickcli.perception.rendered_scene import RenderedScene
+from pickcli.perception.textures.joint_pose import JointPose, PrintSighting
+from pickcli.perception.textures.print_agreement import joint_print_poses
 
 if TYPE_CHECKING:  # it needs OpenCV
     from pickcli.perception.items.print_search import PrintSearch
 
+_OF_ONE = 0.03  # m from an answer, up to which a pose by prints is of the same thing
 MEAN_DEPTH = 0.3  # of the deformation, in which the surface of a deformed look is in the mean
 
 
@@ -86,6 +96,7 @@ class PlaceLook:
         search: The search in the picture.
         found: Poses by index of the listed item; without those of which none explains the picture better.
         seen: Share of its room that is in sight, were no items in it.
+        prints: Where prints were recognised, by item.
     """
 
     rgbd: RgbdPicture
@@ -95,6 +106,7 @@ class PlaceLook:
     search: ItemSearch
     found: dict[int, PoseEstimate]
     seen: float
+    prints: Mapping[Item, tuple[PrintSighting, ...]]
 
     @classmethod
     def of(
@@ -135,10 +147,14 @@ class PlaceLook:
         solids = solids_around(known, place, T_world_place, rgbd.T_world_camera)
         items = [each.item for each in listed]
         recognised = {} if prints is None else prints.run(rgbd, view, items)
-        by_print = {i: recognised[item] for i, item in enumerate(items) if item in recognised}
+        by_print = {
+            i: np.array([each.T_camera_item for each in recognised[item]])
+            for i, item in enumerate(items)
+            if item in recognised
+        }
         search = ItemSearch(place, view, models, solids, rgbd.depth_model, by_print)
         found = search.run() if listed else {}
-        return cls(rgbd, place, T_world_place, tuple(listed), search, found, sight.seen)
+        return cls(rgbd, place, T_world_place, tuple(listed), search, found, sight.seen, recognised)
 
     @cached_property
     def poses(self) -> dict[int, Array]:
@@ -217,7 +233,9 @@ def concluded(looks: Sequence[PlaceLook]) -> PlaceObservation:
         that agree best, and if there are many, as most of them do; else by the last look alone.
     """
     last, pairs = looks[-1], [pair for pair in combinations(looks, 2) if _are_aside(*pair)]
-    answers = _voted(_agreed_answers(pairs), looks) if pairs else _answers(last)
+    answers = _answers(last)
+    if pairs:
+        answers = _with_prints(_voted(_agreed_answers(pairs), looks), looks)
     given = {
         i: each.T_world_item
         for i, each in enumerate(answers)
@@ -327,6 +345,49 @@ def _voted_answer(
     bound = agreed_bound_of(answer.item, support, any_look.rgbd.sensor, confidence, agreement, deformation)
     refusal = _refusal(any_look, T, confidence)
     return replace(answer, confidence=confidence, bound=bound, refusal=refusal)
+
+
+def _with_prints(
+    answers: tuple[ItemObservation, ...], looks: Sequence[PlaceLook]
+) -> tuple[ItemObservation, ...]:
+    """The answers, those by prints where these tell more."""
+    out = list(answers)
+    for item in dict.fromkeys(each.item for each in answers):
+        copies = [i for i, each in enumerate(answers) if each.item == item]
+        if any(looks[0].listed[i].deformation for i in copies):  # its surface is elsewhere
+            continue
+        seen = [(look.rgbd.T_world_camera, look.prints.get(item, ())) for look in looks]
+        for joint in joint_print_poses(item, seen, ASIDE)[: len(copies)]:
+            i = min(copies, key=lambda k: _away(out[k], joint.T_world_item))
+            out[i] = _by_print(out[i], joint, looks[-1])
+            copies.remove(i)
+    return tuple(out)
+
+
+def _away(answer: ItemObservation, T: Array) -> float:
+    """How far (m) an answer is from a pose."""
+    own = answer.T_world_item
+    return np.inf if own is None else float(np.linalg.norm(own[:3, 3] - T[:3, 3]))
+
+
+def _by_print(answer: ItemObservation, joint: JointPose, look: PlaceLook) -> ItemObservation:
+    """An answer, by the prints in several looks if they bound its error more narrowly."""
+    bound = joint_bound_of(answer.item, joint.covariance)
+    T, known = joint.T_world_item, answer.bound
+    if bound is None or (known is not None and known.bound(answer.item) <= bound.bound(answer.item)):
+        return answer
+    confidence = max(answer.confidence, SURE_BY_PRINT)
+    is_near = _away(answer, T) < _OF_ONE
+    return replace(
+        answer,
+        T_world_item=T,
+        confidence=confidence,
+        refusal=_refusal(look, T, confidence),
+        bound=bound,
+        support=answer.support if is_near else None,
+        agreement=answer.agreement if is_near else None,
+        found_by=FoundBy.PRINT,
+    )
 
 
 def _overlap(one: ItemObservation, other: ItemObservation) -> bool:

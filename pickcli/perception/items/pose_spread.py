@@ -61,17 +61,30 @@ def pose_spread(shape: Shape, T: Array, costs: Callable[[Array], Array]) -> Pose
         second[a, b] = second[b, a] = four / (4.0 * STEP**2)
     values, vectors = np.linalg.eigh(second)
     covariance = (vectors / np.maximum(values, LARGEST**-2)) @ vectors.T
+    scales = np.append(np.ones(3), np.full(n - 3, 1.0 / radius))
+    return spread_of(shape, covariance * scales * scales[:, None])
+
+
+def spread_of(shape: Shape, covariance: Array) -> PoseSpread:
+    """Compute how far a pose with a covariance may be off.
+
+    Args:
+        shape: The item's shape.
+        covariance: (6, 6) of small motions about the item's own axes: a shift in m, then a turn in rad; or
+            less of it, without turns that the shape does not show.
+
+    Returns:
+        The spread.
+    """
+    n = 3 + min(_AXES_THAT_SHOW.get(shape.kind, 3), len(covariance) - 3)
+    shown = covariance[:n, :n]
     corners = np.array(list(product((-0.5, 0.5), repeat=3))) * shape.extents
-    of_points = [J @ covariance @ J.T for J in _jacobians(corners / radius, n)]
-    return PoseSpread(
-        _largest(covariance[:3, :3]),
-        _largest(covariance[3:, 3:]) / radius,
-        max(map(_largest, of_points)),
-    )
+    of_points = [J @ shown @ J.T for J in _jacobians(corners, n)]
+    return PoseSpread(_largest(shown[:3, :3]), _largest(shown[3:, 3:]), max(map(_largest, of_points)))
 
 
 def _jacobians(points: Array, n: int) -> Array:
-    """(N, 3, n) how points (N, 3), in radii, move by steps in n directions."""
+    """(N, 3, n) how points (N, 3) in m move by shifts and turns in n directions."""
     turned = np.cross(np.eye(3)[: n - 3], points[:, None, :]).swapaxes(1, 2)
     return np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), turned], axis=2)
 

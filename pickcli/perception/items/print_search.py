@@ -12,6 +12,7 @@ from pickcli.cell.item import Item
 from pickcli.geometry import Array
 from pickcli.perception.items.place_view import PlaceView
 from pickcli.perception.items.rgbd_picture import RgbdPicture
+from pickcli.perception.textures.joint_pose import PrintSighting
 from pickcli.perception.textures.print_features import NO_FEATURES, PrintFeatures, print_features
 from pickcli.perception.textures.print_matching import matches_of
 from pickcli.perception.textures.print_model import print_model
@@ -36,7 +37,9 @@ class PrintSearch:
     views: SiftViews
     texture_seed: int
 
-    def run(self, rgbd: RgbdPicture, view: PlaceView, items: Sequence[Item]) -> dict[Item, Array]:
+    def run(
+        self, rgbd: RgbdPicture, view: PlaceView, items: Sequence[Item]
+    ) -> dict[Item, tuple[PrintSighting, ...]]:
         """Find printed items in the picture of a place.
 
         Args:
@@ -45,8 +48,8 @@ class PrintSearch:
             items: The listed items.
 
         Returns:
-            Poses (K, 4, 4) in the camera's frame by item, those with most matches first; without items that
-            are not printed, or were not recognised.
+            Where it was recognised, by item, those with most matches first; without items that are not
+            printed, or were not recognised.
         """
         printed = [item for item in dict.fromkeys(items) if item.is_printed]
         if not printed:
@@ -60,7 +63,7 @@ class PrintSearch:
             matched = matches_of(seen.features, lengths, model, self.views)
             poses = print_poses(seen, model, matched, items.count(item) + _MORE)
             if poses:
-                found[item] = np.array([each.T_camera_item for each in poses])
+                found[item] = tuple(each.sighting for each in poses)
         return found
 
 

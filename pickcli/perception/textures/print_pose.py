@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.geometry import Array, pose, transform_points
+from pickcli.perception.textures.joint_pose import PrintSighting
 from pickcli.perception.textures.opencv import cv2
 from pickcli.perception.textures.print_features import PrintFeatures
 from pickcli.perception.textures.print_matching import Matches, joined
@@ -63,16 +64,24 @@ class PrintPose:
     """A pose of an item by its print.
 
     Attributes:
-        T_camera_item: (4, 4) in the camera's frame.
-        n_matches: Number of matches that agree with it.
+        sighting: The pose, and the matches that agree with it.
         spread: m, standard deviation of their points along the second direction.
         agreeing: Share of the matches with depth whose depth agrees.
     """
 
-    T_camera_item: Array
-    n_matches: int
+    sighting: PrintSighting
     spread: float
     agreeing: float
+
+    @property
+    def T_camera_item(self) -> Array:
+        """(4, 4) in the camera's frame."""
+        return self.sighting.T_camera_item
+
+    @property
+    def n_matches(self) -> int:
+        """Number of matches that agree with it."""
+        return len(self.sighting.points)
 
 
 def print_poses(
@@ -268,7 +277,8 @@ def _judged(
     agreeing = 1.0 - n_elsewhere / (n_measured + n_elsewhere) if n_elsewhere else 1.0
     if agreeing < _LEAST_AGREEING or (spread < _LEAST_SPREAD).any():
         return None
-    return PrintPose(T, len(own), float(spread[1]), agreeing), own.seen
+    sighting = PrintSighting(seen.camera, T, points, seen.features.pixels[own.seen])
+    return PrintPose(sighting, float(spread[1]), agreeing), own.seen
 
 
 def _agree(seen: PictureFeatures, model: PrintModel, matches: Matches, T: Array) -> NDArray[np.bool_]:

@@ -14,6 +14,7 @@ from pickcli.perception.items.item_perception import ListedItem, PlaceLook, conc
 from pickcli.perception.items.perceived_file import Perceived, perceived_values
 from pickcli.perception.items.place_view import view_of_place
 from pickcli.perception.items.print_search import PrintSearch, picture_features
+from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.random_scenes.make_scene import make_scene
 from support.filled_bins import Filled, looked_at, looked_at_aslant
@@ -109,3 +110,35 @@ def test_features_are_where_items_are(printed: Filled) -> None:
 def test_an_empty_place_has_no_prints(printed: Filled) -> None:
     empty = looked_at(replace(printed.scene, items=()), texture_seed=21)
     assert not any(answer.is_answer for answer in concluded([look(empty, printed.listed)]).items)
+
+
+@pytest.fixture(scope="module")
+def clear(cell: Cell) -> tuple[Filled, Filled]:
+    contents = ("dasani_water_bottle", "command_hooks", "dove_beauty_bar")
+    scene = make_scene({"bin_E": contents}, cell, seed=6)
+    return looked_at(scene, texture_seed=21), looked_at_aslant(scene, texture_seed=21)
+
+
+def test_clear_items_have_narrow_bounds_by_the_print_in_two_looks(clear: tuple[Filled, Filled]) -> None:
+    listed = clear[0].listed
+    for answer in concluded([look(each, listed) for each in clear]).items:
+        assert answer.found_by is FoundBy.PRINT and answer.T_world_item is not None, answer.id
+        assert answer.is_answer and answer.bound is not None, answer.id
+        true = clear[0].scene.find(answer.id).T_world_item
+        assert answer.bound.holds(error_of(answer.item.shape, answer.T_world_item, true)), answer.id
+        assert answer.bound.position < 0.005 and answer.bound.angle < np.radians(3.0), answer.id
+
+
+def test_the_print_of_two_looks_is_believed_where_no_shape_was_found(clear: tuple[Filled, Filled]) -> None:
+    listed = clear[0].listed
+    looks = [replace(look(each, listed), found={}) for each in clear]
+    assert [answer.is_answer for answer in concluded(looks).items] == [True] * len(listed)
+    assert not any(answer.is_answer for answer in concluded(looks[:1]).items)
+    unknown = [replace(each, prints={}) for each in looks]
+    assert not any(answer.is_answer for answer in concluded(unknown).items)
+
+
+def test_what_may_be_deformed_is_not_placed_by_its_print(clear: tuple[Filled, Filled]) -> None:
+    listed = [replace(each, deformation=0.004) for each in clear[0].listed]
+    looks = [replace(look(each, clear[0].listed), found={}, listed=tuple(listed)) for each in clear]
+    assert not any(answer.is_answer for answer in concluded(looks).items)
