@@ -17,7 +17,9 @@ from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_optio
 from pickcli.errors import InputError, TrialAbortedError
 
 if TYPE_CHECKING:
+    from pickcli.commission.commission_job import PlayableCommission
     from pickcli.commission.commission_result import CommissionResult
+    from pickcli.commission.commission_trial import CommissionRequest
     from pickcli.scene.scene import PoseNoise
     from pickcli.strategy.strategy_tree import Strategy
 
@@ -33,6 +35,7 @@ OF_ORDERS = (
     "learn",
     "sift",
     "drop_from",
+    "approach",
     "items_path",
 )
 
@@ -49,11 +52,19 @@ def is_commission(path: Path) -> bool:
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import COMMISSION
 
-    found = _file(path)
+    found = commission_file(path)
     return found.is_file() and read_kind(found) is COMMISSION
 
 
-def _file(path: Path) -> Path:
+def commission_file(path: Path) -> Path:
+    """Find the file of a commission.
+
+    Args:
+        path: Its path, or its name under data/tasks.
+
+    Returns:
+        Path of the file, which need not exist.
+    """
     from pickcli.cell.data_path import data_path
 
     packaged = data_path() / "tasks" / f"{path.name}.json"
@@ -85,42 +96,91 @@ def play_commission_file(
         InputError: A file cannot be read or written, or the cell cannot do what it says.
         TrialAbortedError: Something collided, a limit was broken, or the commission was ended early.
     """
-    from pickcli.cell.cell_file import load_workcell
-    from pickcli.commission.commission_file import read_commission
     from pickcli.commission.commission_folder import NAMES, write_commission_folder
     from pickcli.commission.commission_record import commission_record
-    from pickcli.commission.commission_station import CommissionStation
-    from pickcli.commission.commission_trial import CommissionRequest, play_commission
-    from pickcli.simulation.reality import read_reality
+    from pickcli.commission.commission_trial import play_commission
     from pickcli.trial.trial_folder import refuse_existing_folder
 
-    path = _file(path)
+    path = commission_file(path)
     refuse_options_of_orders(OF_ORDERS, "commissions")
     refuse_existing_folder(folder, overwrite)
     for name in NAMES:
         refuse_reading(folder / name, path, *options.inputs)
-    cell = load_workcell(options.cell_name if is_stated("cell_name") else CELL).preferred
-    commission = read_commission(path)
-    content = path.read_bytes()
-    try:
-        station = CommissionStation.of(cell, commission)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    request = CommissionRequest(
-        _strategy(options), _noise(options), read_reality(options.reality_path), seed=seed
-    )
-    (context,) = options.planning_contexts([station.cell])
+    each = playable_commission(path, options)
+    request = commission_conditions(options, seed)
     with stage("trial"), progress("playing") as report:
-        played = play_commission(request, station, context, report)
-    record = commission_record(request, station, played, path.name, hashlib.sha256(content).hexdigest())
-    text = content.decode("utf-8-sig")
-    paths = write_commission_folder(folder, text, station, played, record, overwrite, with_plans)
+        played = play_commission(request, each.station, each.context, report)
+    record = commission_record(request, each.station, played, each.file_name, each.sha256)
+    paths = write_commission_folder(folder, each.text, each.station, played, record, overwrite, with_plans)
     if as_json:
         emit_json(record)
     else:
         click.echo("\n".join([*_lines(played.result), f"wrote {paths[-1]} and {len(paths) - 1} more"]))
     if why := _what_went_wrong(played.result):
         raise TrialAbortedError(f"{why}; see trial.json")
+
+
+def playable_commission(path: Path, options: TrialOptions) -> PlayableCommission:
+    """Read a commission, and load all that its trials are played with.
+
+    Args:
+        path: The file.
+        options: The options of the command.
+
+    Returns:
+        The commission in its cell.
+
+    Raises:
+        InputError: The file cannot be read, or the cell cannot do what it says.
+    """
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.commission.commission_file import read_commission
+    from pickcli.commission.commission_job import PlayableCommission
+    from pickcli.commission.commission_station import CommissionStation
+
+    cell = load_workcell(commission_cell(options)).preferred
+    commission = read_commission(path)
+    content = path.read_bytes()
+    try:
+        station = CommissionStation.of(cell, commission)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    (context,) = options.planning_contexts([station.cell])
+    digest = hashlib.sha256(content).hexdigest()
+    return PlayableCommission(station, path.name, content.decode("utf-8-sig"), digest, context)
+
+
+def commission_cell(options: TrialOptions) -> str:
+    """Return the name or folder of the cell in which commissions are played.
+
+    Args:
+        options: The options of the command.
+
+    Returns:
+        That of ``--cell``, else the cell of commissions.
+    """
+    return options.cell_name if is_stated("cell_name") else CELL
+
+
+def commission_conditions(options: TrialOptions, seed: int) -> CommissionRequest:
+    """Return the conditions of trials of commissions.
+
+    Args:
+        options: The options of the command.
+        seed: Seed of the trial.
+
+    Returns:
+        The conditions.
+
+    Raises:
+        UsageError: An option was stated that does not apply to commissions.
+        InputError: Strategy or reality cannot be read.
+    """
+    from pickcli.commission.commission_trial import CommissionRequest
+    from pickcli.simulation.reality import read_reality
+
+    reality = read_reality(options.reality_path)
+    return CommissionRequest(_strategy(options), _noise(options), reality, seed=seed)
 
 
 def _strategy(options: TrialOptions) -> Strategy:
