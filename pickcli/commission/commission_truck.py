@@ -211,12 +211,21 @@ class CommissionTruck:
         felt: Array | None = None,
     ) -> TruckDrive:  # fmt: skip
         """Keep a drive, and count whether the truck met walls or boxes."""
-        least, n = float(clearances(area, poses).min()), round(duration / PERIOD) + 1
+        least, n = self._clearance(area, poses), round(duration / PERIOD) + 1
         self.n_collisions += least <= 0.0
         figures |= {"drive_s": duration, "clearance_m": least}
         felt = np.zeros((0, 2)) if felt is None else felt[:n]
         self.drives.append(TruckDrive(name, duration, poses[:n], felt, figures))
         return self.drives[-1]
+
+    def _clearance(self, area: DrivingArea, poses: Array) -> float:
+        """M that truck and raised pallet truly were from walls and boxes, the pallet where it truly is."""
+        if not self.is_raised or self.on_forks is None:
+            return float(clearances(area, poses).min())
+        bare, shape = self.station.commission.area.truck, self.station.commission.pallet.shape
+        pallet = replace(bare, front=shape.length / 2, back=shape.length / 2, width=shape.width)
+        carried = clearances(replace(area, truck=pallet), posed(poses, self.on_forks))
+        return float(min(carried.min(), clearances(replace(area, truck=bare), poses).min()))
 
     def _refuse_meeting(self, area: DrivingArea, pallet: StatedPallet) -> None:
         """Raise ActionError if the truck met a pallet in its last drive, into it or out of it; count that."""
