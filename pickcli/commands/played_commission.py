@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ import click
 from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.options import refuse_reading
+from pickcli.commands.people_options import PeopleOptions
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import table_lines
 from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_options_of_orders
@@ -75,7 +77,7 @@ def play_commission_file(
     path: Path,
     folder: Path,
     overwrite: bool,
-    options: TrialOptions,
+    how: tuple[TrialOptions, PeopleOptions],
     with_plans: bool,
     seed: int,
     as_json: bool,
@@ -86,7 +88,7 @@ def play_commission_file(
         path: File of the commission, or its name under data/tasks.
         folder: Folder of the record.
         overwrite: Whether existing files may be replaced.
-        options: The options of the command.
+        how: The options of the command, and those of people in the booth.
         with_plans: Whether plans are kept, with the scenes that they were certified for.
         seed: Seed of all random choices.
         as_json: Whether JSON is printed.
@@ -101,13 +103,13 @@ def play_commission_file(
     from pickcli.commission.commission_trial import play_commission
     from pickcli.trial.trial_folder import refuse_existing_folder
 
-    path = commission_file(path)
+    path, (options, people) = commission_file(path), how
     refuse_options_of_orders(OF_ORDERS, "commissions")
     refuse_existing_folder(folder, overwrite)
     for name in NAMES:
-        refuse_reading(folder / name, path, *options.inputs)
+        refuse_reading(folder / name, path, people.path, *options.inputs)
     each = playable_commission(path, options)
-    request = commission_conditions(options, seed)
+    request = replace(commission_conditions(options, seed), watched=people.booth_watch(each.station))
     with stage("trial"), progress("playing") as report:
         played = play_commission(request, each.station, each.context, report)
     record = commission_record(request, each.station, played, each.file_name, each.sha256)
@@ -208,7 +210,7 @@ def _lines(result: CommissionResult) -> list[str]:
     """Describe the result of a trial: its steps, and a few lines."""
     rows = [
         (f"{each.t_start:.1f}", f"{each.t_end - each.t_start:.1f}", each.action, each.target,
-         "done" if each.is_success else "failed", each.reason)
+         "done" if each.is_success else "failed", each.told)
         for each in result.steps
     ]  # fmt: skip
     off = result.delivered
@@ -220,8 +222,22 @@ def _lines(result: CommissionResult) -> list[str]:
         *table_lines(("s", "takes", "step", "item", "", "why"), rows),
         f"{'success' if result.is_success else 'no success'}: {result.n_placed} of {len(result.items)} items "
         f"on the pallet, {delivered}",
+        *(f"not in its place: {each.told}" for each in result.items if not each.is_placed),
+        *_people(result),
         f"{result.duration:.0f} s, of these {result.handling:.0f} s at the load; collisions "
         f"{result.n_collisions}, limit violations {result.n_limit_violations}, stops {result.n_stops}",
+    ]
+
+
+def _people(result: CommissionResult) -> list[str]:
+    """Describe what the drives tell of people, if they were watched."""
+    met = result.people
+    if met is None:
+        return []
+    touched = f"{met.touched} touched by the moving truck" if met.touched else "nobody touched by the truck"
+    return [
+        f"{met.number} people in the booth: {met.brake_requests} brake requests, {met.braked_s:.1f} s "
+        f"braked, {touched}, {met.walked_in} walked into it"
     ]
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pickcli.commands.people_options import PeopleOptions
 from pickcli.commands.played_commission import (
     OF_ORDERS,
     commission_cell,
@@ -54,8 +56,9 @@ def are_all_commissions(paths: Sequence[Path]) -> bool:
 
 
 def play_commission_files(
-    paths: Sequence[Path], seeds: Sequence[int], folder: TrialsFolder, options: TrialOptions
-) -> None:
+    paths: Sequence[Path], seeds: Sequence[int], folder: TrialsFolder, options: TrialOptions,
+    people: PeopleOptions,
+) -> None:  # fmt: skip
     """Play trials of commissions, write their folder, and print what came of them.
 
     Args:
@@ -63,6 +66,7 @@ def play_commission_files(
         seeds: Seeds for each.
         folder: Where and how results are told.
         options: The options of the command.
+        people: Those of people in the booth.
 
     Raises:
         UsageError: An option was stated that applies to orders only.
@@ -82,21 +86,24 @@ def play_commission_files(
                 f"{path}: a second commission of the name {path.stem}; rename it, or name it once"
             )
         files[path.stem] = commission_file(path)
-    folder.refuse(files, seeds, *files.values(), *options.inputs)
+    folder.refuse(files, seeds, *files.values(), people.path, *options.inputs)
     played = {name: playable_commission(path, options) for name, path in files.items()}
     stored = [
         path for each in played.values()
         for path in stored_files(each.station.cell, options.roadmap, options.trajectories)
     ]  # fmt: skip
+    watches = [people.booth_watch(each.station) for each in played.values()]  # all alike, once each is right
+    conditions = replace(conditions, watched=watches[0])
     reads = [*files.values(), *stored, *cell_files(commission_cell(options), None)]
     job = CommissionJob(played, conditions, content_digest(reads), sources_digest())
+    made_from = _made_from(job, seeds, people)
     report = played_trials(
-        job, seeds, folder, options.jobs, _made_from(job, seeds), commission_summary, commission_trials_page
+        job, seeds, folder, options.jobs, made_from, commission_summary, commission_trials_page
     )
     folder.tell(report, _lines(report.summary))
 
 
-def _made_from(job: CommissionJob, seeds: Sequence[int]) -> dict[str, Any]:
+def _made_from(job: CommissionJob, seeds: Sequence[int], people: PeopleOptions) -> dict[str, Any]:
     """Return the parameters of the trials, for trials.json."""
     cell, noise = next(iter(job.commissions.values())).station.cell, job.conditions.noise
     return {
@@ -106,6 +113,8 @@ def _made_from(job: CommissionJob, seeds: Sequence[int]) -> dict[str, Any]:
         "cell_fingerprint": cell.scene_fingerprint,
         "pose_noise": {"position_mm": 1e3 * noise.position, "angle_deg": math.degrees(noise.angle)},
         "strategy": job.conditions.strategy.name,
+        "people": people.people,
+        "guards": None if people.people is None else people.guards,
         "reality": job.conditions.reality.as_dict(),
         "inputs": job.inputs,
     }
@@ -120,8 +129,20 @@ def _lines(summary: Mapping[str, Any]) -> list[str]:
         f"time: {time['median']:.0f} s in the median, {time['max']:.0f} s at most; at the load "
         f"{handling['median']:.0f} s in the median, {handling['max']:.0f} s at most",
         ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in summary["totals"].items()),
+        *_people(summary["people"]),
         *(f"no success {each['trials']} times: {each['cause']}" for each in summary["causes"][:MOST_TOLD]),
         *(f"failed {each['steps']} times: {each['why']}" for each in summary["failed_steps"][:MOST_TOLD]),
+    ]
+
+
+def _people(people: Mapping[str, Any] | None) -> list[str]:
+    """Format what watched drives tell of people."""
+    if people is None:
+        return []
+    braked = people["braked_s"]
+    return [
+        f"people: {people['number']} came, {people['touched']} touched by the truck, {people['walked_in']} "
+        f"walked into it; braked {braked['median']:.1f} s in the median, {braked['max']:.1f} s at most"
     ]
 
 

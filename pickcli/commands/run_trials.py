@@ -12,6 +12,7 @@ from pickcli.commands.build_options import scheduler_option
 from pickcli.commands.command import Command
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
+from pickcli.commands.people_options import PeopleOptions, people_options, refuse_people
 from pickcli.commands.played_commissions import are_all_commissions, play_commission_files
 from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.commands.trials_output import (
@@ -77,12 +78,13 @@ def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value:
     "--overwrite", is_flag=True,
     help="Replace trials.json, trials.html and the files of trials in a folder that exists.",
 )  # fmt: skip
+@people_options
 @trial_options
 @scheduler_option
 @json_option
 def command(
     order_paths: tuple[Path, ...], seeds: tuple[int, ...], output: Path, overwrite: bool,
-    options: TrialOptions, scheduler: str | None, as_json: bool,
+    people: PeopleOptions, options: TrialOptions, scheduler: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Play orders with many seeds, and report the distribution of scores.
 
@@ -102,8 +104,9 @@ def command(
 
     folder = TrialsFolder(output, overwrite, scheduler, as_json)
     if are_all_commissions(order_paths):
-        play_commission_files(order_paths, seeds, folder, options)
+        play_commission_files(order_paths, seeds, folder, options, people)
         return
+    refuse_people()
     workcell = load_workcell(options.cell_name, options.items_path)
     reality = read_reality(options.reality_path)
     cells = options.cells(workcell)

@@ -13,6 +13,7 @@ from pickcli.trial.success_rate import SuccessRate
 from pickcli.trial.trial_statistics import MAX_CAUSE, rate_values, spread
 
 TOTALS = ("collisions", "limit_violations", "stops")
+PEOPLE = ("number", "brake_requests", "touched", "walked_in")  # of watched drives, which are summed up
 _FIGURE = re.compile(r"[-+]?\d+(?:\.\d+)?")
 
 Record = Mapping[str, Any]  # content of a trial.json
@@ -102,6 +103,15 @@ class CommissionStatistics:
         """
         return sum(bool(r[key]) if key == "aborted" else r[key] for r in self.records.values())
 
+    @property
+    def people(self) -> dict[str, Any] | None:
+        """Sums over the trials that were watched for people, and the spread of s braked; None without one."""
+        found = [record["people"] for record in self.records.values() if record.get("people") is not None]
+        if not found:
+            return None
+        sums = {key: sum(each[key] for each in found) for key in PEOPLE}
+        return {"trials": len(found), **sums, "braked_s": spread([each["braked_s"] for each in found])}
+
     def values(self) -> dict[str, Any]:
         """Return all figures.
 
@@ -128,6 +138,7 @@ class CommissionStatistics:
             },
             "failed_steps": [{"steps": n, "why": why} for n, why in self.failed_steps],
             "causes": [{"trials": n, "cause": cause} for n, cause in self.causes],
+            "people": self.people,
             "totals": {key: self.total(key) for key in (*TOTALS, "aborted")},
         }
 

@@ -39,6 +39,7 @@ def commission_trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocu
             Fact("time", _seconds(statistics.durations)),
             Fact("at the load", _seconds(statistics.handling)),
             *(_total(statistics, key) for key in (*TOTALS, "aborted")),
+            *_people(statistics),
         ),
         charts=(_times(records), _steps(statistics)),
         tables=(_trials(records), _step_table(statistics), _products(statistics), _causes(statistics),
@@ -59,6 +60,19 @@ def _seconds(values: list[float]) -> str:
 def _total(statistics: CommissionStatistics, key: str) -> Fact:
     total = statistics.total(key)
     return Fact(key.replace("_", " "), str(total), Tone.BAD if total else Tone.PLAIN)
+
+
+def _people(statistics: CommissionStatistics) -> tuple[Fact, ...]:
+    """What watched drives tell of people, if there are any."""
+    people = statistics.people
+    if people is None:
+        return ()
+    braked = people["braked_s"]
+    return (
+        Fact("people", f"{people['number']} came, {people['walked_in']} walked into the truck"),
+        Fact("people touched", str(people["touched"]), Tone.BAD if people["touched"] else Tone.PLAIN),
+        Fact("braked for them", f"median {braked['median']:.1f} s a trial, at most {braked['max']:.1f} s"),
+    )
 
 
 def _times(records: Mapping[str, Mapping[str, Any]]) -> Chart:
