@@ -19,7 +19,7 @@ from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_optio
 from pickcli.errors import InputError, TrialAbortedError
 
 if TYPE_CHECKING:
-    from pickcli.commission.commission_job import PlayableCommission
+    from pickcli.commission.commission_job import CommissionTask
     from pickcli.commission.commission_result import CommissionResult
     from pickcli.commission.commission_trial import CommissionRequest
     from pickcli.scene.scene import PoseNoise
@@ -108,7 +108,7 @@ def play_commission_file(
     refuse_existing_folder(folder, overwrite)
     for name in NAMES:
         refuse_reading(folder / name, path, people.path, *options.inputs)
-    each = playable_commission(path, options)
+    each = commission_task(path, options)
     request = replace(commission_conditions(options, seed), watched=people.booth_watch(each.station))
     with stage("trial"), progress("playing") as report:
         played = play_commission(request, each.station, each.context, report)
@@ -122,7 +122,7 @@ def play_commission_file(
         raise TrialAbortedError(f"{why}; see trial.json")
 
 
-def playable_commission(path: Path, options: TrialOptions) -> PlayableCommission:
+def commission_task(path: Path, options: TrialOptions) -> CommissionTask:
     """Read a commission, and load all that its trials are played with.
 
     Args:
@@ -137,7 +137,7 @@ def playable_commission(path: Path, options: TrialOptions) -> PlayableCommission
     """
     from pickcli.cell.cell_file import load_workcell
     from pickcli.commission.commission_file import read_commission
-    from pickcli.commission.commission_job import PlayableCommission
+    from pickcli.commission.commission_job import CommissionTask
     from pickcli.commission.commission_station import CommissionStation
 
     cell = load_workcell(commission_cell(options)).preferred
@@ -149,7 +149,7 @@ def playable_commission(path: Path, options: TrialOptions) -> PlayableCommission
         raise InputError(f"{path}: {error}") from None
     (context,) = options.planning_contexts([station.cell])
     digest = hashlib.sha256(content).hexdigest()
-    return PlayableCommission(station, path.name, content.decode("utf-8-sig"), digest, context)
+    return CommissionTask(station, path.name, content.decode("utf-8-sig"), digest, context)
 
 
 def commission_cell(options: TrialOptions) -> str:

@@ -14,8 +14,8 @@ from pickcli.commands.played_commission import (
     commission_cell,
     commission_conditions,
     commission_file,
+    commission_task,
     is_commission,
-    playable_commission,
 )
 from pickcli.commands.trial_options import TrialOptions, refuse_options_of_orders
 from pickcli.commands.trials_output import (
@@ -87,7 +87,7 @@ def play_commission_files(
             )
         files[path.stem] = commission_file(path)
     folder.refuse(files, seeds, *files.values(), people.path, *options.inputs)
-    played = {name: playable_commission(path, options) for name, path in files.items()}
+    played = {name: commission_task(path, options) for name, path in files.items()}
     stored = [
         path for each in played.values()
         for path in stored_files(each.station.cell, options.roadmap, options.trajectories)

@@ -82,7 +82,7 @@ def command(
     from pickcli.cell.cell_file import load_workcell
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.order import require_playable
-    from pickcli.trial.order_file import order_file, read_order
+    from pickcli.trial.order_file import order_file, read_order, refuse_unknown_task
     from pickcli.trial.trial_folder import LOOKS, PLANS, write_folder
 
     if is_commission(order_path):
@@ -104,6 +104,7 @@ def command(
     reality = read_reality(options.reality_path)
     cells = options.cells(workcell)
     cell = cells[0]
+    refuse_unknown_task(order_path, cell)
     order = require_playable(read_order(order_path, cell), str(order_path))
     refuse_stow_rule([order])
     options.refuse_misplaced(reality, cell, [order], seed)

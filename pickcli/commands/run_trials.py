@@ -140,12 +140,13 @@ def _orders(paths: Sequence[Path], cell: Cell) -> dict[str, Order]:
     """Read the orders by name. Raises InputError for two of one name, and for unplayable ones."""
     from pickcli.random_scenes.make_scene import refuse_too_much
     from pickcli.trial.order import require_playable
-    from pickcli.trial.order_file import read_order
+    from pickcli.trial.order_file import read_order, refuse_unknown_task
 
     orders: dict[str, Order] = {}
     for path in paths:
         if path.stem in orders:
             raise InputError(f"{path}: a second order of the name {path.stem}; rename it, or name it once")
+        refuse_unknown_task(path, cell)
         orders[path.stem] = require_playable(read_order(path, cell), str(path))
         refuse_too_much(orders[path.stem].contents, cell, orders[path.stem].year, str(path))
     return orders

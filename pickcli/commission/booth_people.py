@@ -95,7 +95,7 @@ class BoothPeople(Protocol):
 
     @property
     def surroundings(self) -> tuple[tuple[Reflector, ...], tuple[SunPatch, ...]]:
-        """What else is seen: reflectors that are no vests, and where the sun shines."""
+        """Reflectors that are no vests, and where the sun shines."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,17 @@ class DrawnPeople:
     number: int
 
     def during(self, drive: str, t_start: float, area: DrivingArea, seed: int) -> tuple[TurningWalker, ...]:
-        """See ``BoothPeople``; who has no free way through the booth does not come."""
+        """Draw who comes during a drive; who has no free way through the booth does not come.
+
+        Args:
+            drive: Name of the drive.
+            t_start: s of the trial at its start.
+            area: Where it is.
+            seed: Seed of the trial.
+
+        Returns:
+            The people, on the clock of the drive.
+        """
         found = []
         for k in range(self.number):
             rng = derived_rng("booth people", seed, k)
@@ -119,7 +129,7 @@ class DrawnPeople:
 
     @property
     def surroundings(self) -> tuple[tuple[Reflector, ...], tuple[SunPatch, ...]]:
-        """Nothing."""
+        """Neither reflectors nor sun."""
         return (), ()
 
 
@@ -138,7 +148,17 @@ class StatedPeople:
     sun: tuple[SunPatch, ...] = ()
 
     def during(self, drive: str, t_start: float, area: DrivingArea, seed: int) -> tuple[TurningWalker, ...]:
-        """See ``BoothPeople``."""
+        """Return all people, on the clock of a drive.
+
+        Args:
+            drive: Name of the drive.
+            t_start: s of the trial at its start.
+            area: Where it is.
+            seed: Seed of the trial.
+
+        Returns:
+            The people.
+        """
         return tuple(
             TurningWalker(
                 each.name, each.route, each.speed, each.start - t_start, each.height, each.has_vest
@@ -148,7 +168,7 @@ class StatedPeople:
 
     @property
     def surroundings(self) -> tuple[tuple[Reflector, ...], tuple[SunPatch, ...]]:
-        """As stated."""
+        """Reflectors and sun as they are stated."""
         return self.reflectors, self.sun
 
 

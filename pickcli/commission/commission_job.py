@@ -21,7 +21,7 @@ from pickcli.planning.planning_context import PlanningContext
 
 
 @dataclass(frozen=True, eq=False)
-class PlayableCommission:
+class CommissionTask:
     """A commission that is played with several seeds.
 
     Attributes:
@@ -52,7 +52,7 @@ class CommissionJob:
         sources: Digest of the program.
     """
 
-    commissions: Mapping[str, PlayableCommission]
+    commissions: Mapping[str, CommissionTask]
     conditions: CommissionRequest
     read: str
     sources: str

@@ -57,7 +57,7 @@ class CommissionStep:
 
     @property
     def told(self) -> str:
-        """Its reason, and for how long the truck waited for people, if it did."""
+        """Why the step failed, and for how long the truck waited for people, if it did."""
         waited = self.figures.get("braked_s", 0.0)
         return "; ".join(filter(None, [self.reason, f"braked {waited:.1f} s for people" if waited else ""]))
 
@@ -87,7 +87,7 @@ class CommissionedItem:
 
     @property
     def told(self) -> str:
-        """Its name and what became of it, with where it was last."""
+        """Name of the item and what became of it, with where it was last."""
         where = ""
         if self.outcome is CommissionedOutcome.LOST:
             last = self.at_end or self.set_down
@@ -109,7 +109,7 @@ class FloorDeviation:
 
 
 @dataclass(frozen=True)
-class PeopleMet:
+class WatchedPeople:
     """What drives that were watched tell of people.
 
     Attributes:
@@ -155,7 +155,7 @@ class CommissionResult:
     aborted: str
     duration: float
     handling: float
-    people: PeopleMet | None = None
+    people: WatchedPeople | None = None
 
     @property
     def n_placed(self) -> int:

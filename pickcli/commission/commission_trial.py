@@ -17,7 +17,7 @@ from pickcli.commission.commission_result import (
     CommissionResult,
     CommissionStep,
     FloorDeviation,
-    PeopleMet,
+    WatchedPeople,
 )
 from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_truck import CommissionTruck, TruckDrive, deviation
@@ -349,10 +349,10 @@ class _CommissionTrial:
         return CommissionedItem(name, outcome, tried.attempts, tried.set_down, at_end)
 
 
-def _people_met(drives: list[TruckDrive]) -> PeopleMet:
+def _people_met(drives: list[TruckDrive]) -> WatchedPeople:
     """What all drives tell of people."""
     outcomes = [each.watched for each in drives if each.watched is not None]
-    return PeopleMet(
+    return WatchedPeople(
         len({person.name for each in outcomes for person in each.people}),
         sum(each.braked for each in outcomes),
         sum(each.n_requests for each in outcomes),

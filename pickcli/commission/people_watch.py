@@ -111,11 +111,20 @@ class PeopleWatch:
 
     @property
     def has_given_up(self) -> bool:
-        """See ``DriveOverseer``."""
+        """Whether the drive ends where the truck was braked for ``MOST_WAIT``."""
         return self._watch.has_given_up
 
     def brakes(self, true: Array, believed: Array, controller: TrackingController) -> bool:
-        """See ``DriveOverseer``."""
+        """Let people turn round before the truck, and tell whether it brakes for them.
+
+        Args:
+            true: (3,) m, m, rad: where the truck truly is.
+            believed: (3,) m, m, rad: where it believes to be.
+            controller: How it moves.
+
+        Returns:
+            Whether it brakes, and stands then.
+        """
         for walker in self._walkers:
             walker.avoid(self._watch.time, self._area, true)
         return self._watch.brakes(true, believed, controller)

@@ -1,4 +1,4 @@
-"""People in the booth: the truck brakes for them and goes on, and says so; who stays ends the drive by name."""
+"""People in the booth: the truck brakes for them and goes on, and says so; who stays ends the drive."""
 
 from __future__ import annotations
 
