@@ -160,9 +160,7 @@ class StatedPeople:
             The people.
         """
         return tuple(
-            TurningWalker(
-                each.name, each.route, each.speed, each.start - t_start, each.height, each.has_vest
-            )
+            TurningWalker(each.name, each.route, each.speed, each.start - t_start, each.height, each.has_vest)
             for each in self.walkers
         )
 
@@ -209,4 +207,3 @@ def _beyond(low: Array, high: Array, side: int, rng: np.random.Generator) -> Arr
     place, axis = rng.uniform(low, high), side // 2
     place[axis] = low[axis] - OUTSIDE if side % 2 == 0 else high[axis] + OUTSIDE
     return place
-

@@ -185,9 +185,7 @@ def simulate_drives(
     return _judged(plan, followed(plan, truck))
 
 
-def followed(
-    plan: DrivePlan, truck: NoisyTruck, overseer: DriveOverseer | None = None
-) -> FollowedDrives:
+def followed(plan: DrivePlan, truck: NoisyTruck, overseer: DriveOverseer | None = None) -> FollowedDrives:
     """Let trucks follow a plan to its end.
 
     Args:

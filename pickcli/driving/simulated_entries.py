@@ -188,9 +188,7 @@ class _Entry:
                 self.plan, controller = planned, TrackingController(planned, 1)
             if controller.is_done.all():
                 break
-            is_braked = overseer is not None and overseer.brakes(
-                truck.true[0], truck.believed[0], controller
-            )
+            is_braked = overseer is not None and overseer.brakes(truck.true[0], truck.believed[0], controller)
             if overseer is not None and overseer.has_given_up:
                 has_given_up = True
                 break

@@ -280,9 +280,7 @@ class WatchTruth:
         watch, truck, walker = self.watch, self.scene.area.truck, self.scene.walkers[j]
         delay = watch.scanner.longest_response + watch.fields.reaction
         motion = self.motions[first]
-        times, poses = stopping_poses(
-            truck, self.poses[first], (motion.signed_speed, motion.steering), delay
-        )
+        times, poses = stopping_poses(truck, self.poses[first], (motion.signed_speed, motion.steering), delay)
         fine = np.linspace(0.0, times[-1], 50)
         fine_poses = np.column_stack([np.interp(fine, times, poses[:, i]) for i in range(3)])
         places = np.array([walker.place(self.times[first] + t) for t in fine.tolist()])
