@@ -17,6 +17,9 @@ import numpy as np
 
 from pickcli.cell.cell_file import load_workcell
 from pickcli.commands.trial_options import parse_noise
+from pickcli.pallet_trials.pallet_result import CartonOutcome, PalletTrialResult
+from pickcli.pallet_trials.pallet_station import PalletStation, side_of_arm
+from pickcli.pallet_trials.pallet_trial import PalletTrialRequest, PlayedPallet, play_pallet
 from pickcli.palletizing.arm_sequence import seen_from
 from pickcli.palletizing.drop_test import what_stands
 from pickcli.palletizing.pallet_order import CONTAINERS, PalletOrder
@@ -25,9 +28,6 @@ from pickcli.palletizing.random_pallet_order import CartonBounds, random_pallet_
 from pickcli.palletizing.stack_verification import verify_stack
 from pickcli.palletizing.stacking import stack_all
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.trial.pallet_result import CartonOutcome, PalletTrialResult
-from pickcli.trial.pallet_station import PalletStation, side_of_arm
-from pickcli.trial.pallet_trial import PalletTrialRequest, PlayedPallet, play_pallet
 
 CELL, CLEARANCE, EDGE, FALL, HEIGHT, LONGEST = "pallet_sia20", 0.015, 0.01, 0.006, 0.694, 0.45
 

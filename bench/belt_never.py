@@ -23,15 +23,15 @@ import numpy as np
 
 from pickcli.cell.cell_file import load_workcell
 from pickcli.errors import NoPlanError
-from pickcli.planning import arm_intercept, intercept
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept, why_never
+from pickcli.planning.belt_picks import arm_intercept, axis_intercept, axis_windows
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept, why_never
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
 from pickcli.seeds import derived_rng
-from pickcli.trial.stream_arms import destination_of
+from pickcli.stream_trials.stream_arms import destination_of
 
 N_ITEMS = 8
 STARTS = {"conveyor_sia20": ("drop_01",), "pr2_belt": ("home", "bin_{arm}")}  # named configurations
@@ -87,9 +87,9 @@ def answer(context: PlanningContext, stream: ItemStream, query: InterceptQuery, 
 def is_true(asked: Asked) -> bool:
     """Whether the search without any bound finds no plan either."""
     with (
-        mock.patch.object(intercept, "too_late_by", lambda *args: -np.inf),
-        mock.patch.object(intercept, "WIDELY", np.inf),
-        mock.patch.object(intercept, "least_times", lambda *args: np.array([-np.inf])),
+        mock.patch.object(axis_intercept, "too_late_by", lambda *args: -np.inf),
+        mock.patch.object(axis_intercept, "WIDELY", np.inf),
+        mock.patch.object(axis_windows, "least_times", lambda *args: np.array([-np.inf])),
         mock.patch.object(arm_intercept, "why_unreached", lambda *args: None),
         mock.patch.object(arm_intercept, "WIDELY", np.inf),
         mock.patch.object(arm_intercept, "SOONEST", 0.5),

@@ -24,15 +24,15 @@ import numpy as np
 from pickcli.cell.cell_file import load_workcell
 from pickcli.errors import NoPlanError
 from pickcli.motion.plan import Plan, times_at_work
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept, why_never
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept, why_never
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
 from pickcli.seeds import derived_rng
+from pickcli.stream_trials.stream_trial import SPEED_ERROR
 from pickcli.trial.pose_noise import DEFAULT_NOISE
-from pickcli.trial.stream_trial import SPEED_ERROR
 from pickcli.verification.verify import certifier
 
 CELL, ARMS = "pr2_belt", ("left", "right")

@@ -26,8 +26,8 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
 from pickcli.motion.plan import Plan, times_at_work
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
@@ -37,8 +37,8 @@ from pickcli.seeds import derived_rng
 from pickcli.simulation.execute import execute
 from pickcli.simulation.operator_stop import OperatorStop, signal_of
 from pickcli.simulation.world import World
+from pickcli.stream_trials.stream_trial import SPEED_ERROR
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
-from pickcli.trial.stream_trial import SPEED_ERROR
 from pickcli.verification.verify import certifier
 
 ARM, BELT, RUNS_AWAY = "arm", "belt", "belt runs away"

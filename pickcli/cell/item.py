@@ -46,6 +46,7 @@ class Item:
         is_printed: Whether its faces are printed, or plain.
         deformation: m by which its surface may be inside of its shape in pictures, as of cloth and bags.
         hollows: Parts that are missing from its outer shape; their bottoms are faces, too.
+        max_tilt: rad, the most that it may be tilted while it is held, from how it stood; None for any.
     """
 
     name: str
@@ -70,6 +71,7 @@ class Item:
     is_printed: bool = False
     deformation: float = 0.0
     hollows: tuple[Hollow, ...] = ()
+    max_tilt: float | None = None
 
     @property
     def face_names(self) -> tuple[str, ...]:

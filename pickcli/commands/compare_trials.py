@@ -14,7 +14,7 @@ from pickcli.commands.table import table_lines
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
-    from pickcli.trial.trial_comparison import FigureComparison
+    from pickcli.monte_carlo.trial_comparison import FigureComparison
 
 HEAD = ("mean of a trial", "A", "B", "B - A", "95 %", "p")
 
@@ -35,8 +35,8 @@ def command(first: Path, second: Path, as_json: bool) -> None:
     """
     from pickcli.commission.commission_comparison import COMMISSIONS
     from pickcli.commission.commission_trials import are_commissions, read_commission_trials
-    from pickcli.trial.trial_comparison import TrialComparison
-    from pickcli.trial.trials_folder import read_trials, require_folder
+    from pickcli.monte_carlo.trial_comparison import TrialComparison
+    from pickcli.monte_carlo.trials_folder import read_trials, require_folder
 
     for folder in (first, second):
         require_folder(folder)

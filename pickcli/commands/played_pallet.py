@@ -17,9 +17,9 @@ from pickcli.errors import InputError, RejectedError, TrialAbortedError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
+    from pickcli.pallet_trials.pallet_result import PalletTrialResult
     from pickcli.palletizing.pallet_stack_file import StackedPallet
     from pickcli.scene.scene import PoseNoise
-    from pickcli.trial.pallet_result import PalletTrialResult
 
 CELL = "pallet_sia20"  # unless --cell names another
 HOW_TO = "docs/how-to/stack-a-pallet.md"
@@ -81,11 +81,11 @@ def play_pallet_file(
         TrialAbortedError: Something collided, or a limit was broken.
     """
     from pickcli.cell.cell_file import load_workcell
+    from pickcli.pallet_trials.pallet_folder import NAMES, write_pallet_folder
+    from pickcli.pallet_trials.pallet_record import pallet_record
+    from pickcli.pallet_trials.pallet_station import PalletStation
+    from pickcli.pallet_trials.pallet_trial import PalletTrialRequest, play_pallet
     from pickcli.simulation.reality import read_reality
-    from pickcli.trial.pallet_folder import NAMES, write_pallet_folder
-    from pickcli.trial.pallet_record import pallet_record
-    from pickcli.trial.pallet_station import PalletStation
-    from pickcli.trial.pallet_trial import PalletTrialRequest, play_pallet
     from pickcli.trial.trial_folder import refuse_existing_folder
 
     refuse_options_of_orders(OF_ORDERS, "pallets")
@@ -125,13 +125,13 @@ def _stack(path: Path, cell: Cell, seed: int) -> StackedPallet:
     """Read a stack, or plan that of an order. Raises RejectedError if the verifier finds a fault."""
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import STACKED
+    from pickcli.pallet_trials.pallet_station import side_of_arm
     from pickcli.palletizing.arm_sequence import seen_from
     from pickcli.palletizing.drop_test import what_stands
     from pickcli.palletizing.pallet_order_file import read_pallet_order
     from pickcli.palletizing.pallet_stack_file import StackedPallet, read_pallet_stack
     from pickcli.palletizing.stack_verification import verify_stack
     from pickcli.palletizing.stacking import stack_all
-    from pickcli.trial.pallet_station import side_of_arm
 
     if read_kind(path) is STACKED:
         stack = read_pallet_stack(path)
@@ -146,8 +146,8 @@ def _stack(path: Path, cell: Cell, seed: int) -> StackedPallet:
 
 def _noise(options: TrialOptions) -> PoseNoise:
     """Return the bounds of errors of perceived poses. Raises UsageError if cameras are to see."""
+    from pickcli.pallet_trials.pallet_trial import NOISE
     from pickcli.scene.scene import PoseNoise
-    from pickcli.trial.pallet_trial import NOISE
 
     if options.perception == "camera":
         raise click.UsageError("--perception camera: cartons are not perceived by cameras yet; leave it out")

@@ -19,13 +19,12 @@ from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_optio
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
-    from pickcli.trial.stream_result import StreamTrialResult
+    from pickcli.stream_trials.stream_result import StreamTrialResult
 
-RECORD = "trial.json"
 FEW = 8  # reasons that are printed
 OF_ORDERS = (
     "strategy_name", "stow_rule", "pod_shift", "tote_shift", "locate_tote", "live", "live_port",
-    "with_plans", "learn", "sift",
+    "learn", "sift", "drop_from",
 )  # fmt: skip
 
 
@@ -41,7 +40,7 @@ def stream_rule_option(function: F) -> F:
     Returns:
         The command with the option.
     """
-    from pickcli.trial.stream_rules import StreamRule
+    from pickcli.stream_trials.stream_rules import StreamRule
 
     return click.option(
         "--stream-rule", type=click.Choice([str(each) for each in StreamRule], case_sensitive=False),
@@ -91,17 +90,19 @@ def play_stream_file(
     overwrite: bool,
     options: TrialOptions,
     stream_rule: str,
+    with_plans: bool,
     seed: int,
     as_json: bool,
 ) -> None:
-    """Play the trial of a stream, write its record, and print what became of the items.
+    """Play the trial of a stream, write its folder, and print what became of the items.
 
     Args:
         path: File of the stream, or its name under data/tasks.
         folder: Folder of the record.
-        overwrite: Whether an existing record may be replaced.
+        overwrite: Whether existing files may be replaced.
         options: The options of the command.
         stream_rule: Name of the rule by which items are met.
+        with_plans: Whether plans are kept, with the streams that they were certified for.
         seed: Seed of all random choices.
         as_json: Whether JSON is printed.
 
@@ -113,23 +114,24 @@ def play_stream_file(
     from pickcli.cell.cell_file import load_workcell
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import read_reality
-    from pickcli.trial.belt_camera import BeltCamera
-    from pickcli.trial.stream_arms import destination_of
-    from pickcli.trial.stream_record import stream_record
-    from pickcli.trial.stream_rules import StreamRule
-    from pickcli.trial.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
+    from pickcli.stream_trials.belt_camera import BeltCamera
+    from pickcli.stream_trials.stream_arms import destination_of
+    from pickcli.stream_trials.stream_folder import NAMES, write_stream_folder
+    from pickcli.stream_trials.stream_record import stream_record
+    from pickcli.stream_trials.stream_rules import StreamRule
+    from pickcli.stream_trials.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
     from pickcli.trial.trial_folder import refuse_existing_folder
-    from pickcli.trial.trial_record import write_record
 
     refuse_options_of_orders(OF_ORDERS, "streams")
     if options.perception == "camera" and is_stated("pose_noise"):
         raise click.UsageError("--pose-noise: a camera has errors of its own; leave it out")
     path = _file_of(path)
     refuse_existing_folder(folder, overwrite)
-    refuse_reading(folder / RECORD, path, *options.inputs)
+    for name in NAMES:
+        refuse_reading(folder / name, path, *options.inputs)
     is_named = is_stated("cell_name")
     arms = ArmRequest(items=options.items_path)
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    content = path.read_bytes()
     stream = StreamOptions(path, None).stream(options.cell_name if is_named else None, arms)
     cells = options.cells(load_workcell(str(stream.cell.path), options.items_path))
     for cell in cells:
@@ -146,14 +148,14 @@ def play_stream_file(
     )
     contexts = options.planning_contexts(cells)
     with stage("trial"), progress("playing") as report:
-        result = play_stream(request, contexts, report)
-    record = stream_record(request, result, path.name, digest)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_record(folder / RECORD, record, overwrite)
+        played = play_stream(request, contexts, report)
+    result = played.result
+    record = stream_record(request, result, path.name, hashlib.sha256(content).hexdigest())
+    paths = write_stream_folder(folder, content, tuple(cells), played, record, overwrite, with_plans)
     if as_json:
         emit_json(record)
     else:
-        click.echo("\n".join([*_lines(result, record), f"wrote {folder / RECORD}"]))
+        click.echo("\n".join([*_lines(result, record), f"wrote {paths[-1]} and {len(paths) - 1} more"]))
     if not result.is_clean:
         counts = f"{result.n_collisions} collisions and {result.n_limit_violations} limit violations"
         raise TrialAbortedError(f"{counts}; see trial.json")

@@ -93,7 +93,7 @@ def command(
     refuse_people()
     if is_stream(order_path):
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
-        play_stream_file(order_path, folder, overwrite, options, stream_rule, seed, as_json)
+        play_stream_file(order_path, folder, overwrite, options, stream_rule, with_plans, seed, as_json)
         return
     refuse_stream_rule()
     if is_pallet(order_path):

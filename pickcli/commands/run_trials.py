@@ -28,9 +28,9 @@ from pickcli.perception.textures.sift_views import NO_SIFT
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
+    from pickcli.monte_carlo.trial_job import TrialJob
+    from pickcli.monte_carlo.trials_folder import TrialsReport
     from pickcli.trial.order import Order
-    from pickcli.trial.trial_job import TrialJob
-    from pickcli.trial.trials_folder import TrialsReport
 
 MOST_SEEDS = 10_000
 LARGEST_SEED = 2**31 - 1
@@ -117,9 +117,9 @@ def command(
     folder.refuse(orders, seeds, *files, *options.inputs)
 
     from pickcli.jobs.job import sources_digest
+    from pickcli.monte_carlo.trial_job import TrialJob
+    from pickcli.monte_carlo.trials_folder import order_summary
     from pickcli.page.trials_page import trials_page
-    from pickcli.trial.trial_job import TrialJob
-    from pickcli.trial.trials_folder import order_summary
 
     conditions = options.conditions(reality)
     contexts = options.planning_contexts(cells)
@@ -189,8 +189,8 @@ def _shift(stated: Displacement | str | None, is_random: bool) -> Any:
 
 def _lines(report: TrialsReport) -> list[str]:
     """Format the most important results."""
-    from pickcli.trial.success_rate import SuccessRate
-    from pickcli.trial.trials_folder import PAGE
+    from pickcli.monte_carlo.success_rate import SuccessRate
+    from pickcli.monte_carlo.trials_folder import PAGE
 
     summary = report.summary
     share, rate, clock = summary["score_share"], summary["delivered"], summary["statistics"]

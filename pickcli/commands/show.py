@@ -160,10 +160,10 @@ def _has_trials(path: Path) -> bool:
 def _pallet_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     """Build the page of a trial of a pallet. Raises StaleError if its files are not of one trial."""
     from pickcli.page.pallet_trial_page import pallet_trial_page
+    from pickcli.pallet_trials.pallet_folder import STACK
+    from pickcli.pallet_trials.pallet_record import read_pallet_record, read_recorded_stack
+    from pickcli.pallet_trials.pallet_station import PalletStation
     from pickcli.trial.motion_record import read_motion, refuse_other_motion
-    from pickcli.trial.pallet_folder import STACK
-    from pickcli.trial.pallet_record import read_pallet_record, read_recorded_stack
-    from pickcli.trial.pallet_station import PalletStation
     from pickcli.trial.trial_folder import MOTION
     from pickcli.trial.trial_record import record_digest
 
@@ -184,6 +184,26 @@ def _pallet_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> Page
     items = tuple(station.presented(placement.carton) for placement in stack.placements)
     refuse_other_motion(motion, replace(station.empty(0), items=items), (station.cell,), str(folder / MOTION))
     return pallet_trial_page(record, stack, station, motion)
+
+
+def _stream_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+    """Build the page of a trial of a stream. Raises StaleError if its files are not of one trial."""
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.page.stream_trial_page import stream_trial_page, waiting_scene
+    from pickcli.stream_trials.stream_folder import STREAM, read_stream_motion
+    from pickcli.stream_trials.stream_record import read_played_stream, read_stream_record
+    from pickcli.trial.motion_record import refuse_other_motion
+    from pickcli.trial.trial_folder import MOTION
+
+    record = read_stream_record(folder / RECORD)
+    motion = read_stream_motion(folder, record)
+    first = replace(arms, arm=arms.arm or next(iter(motion.arms), None))
+    stream = read_played_stream(folder / STREAM, record, lambda name: open_cell(cell_name or name, first))
+    workcell = load_workcell(stream.cell.path, arms.items) if motion.arms else None
+    cells = (stream.cell,) if workcell is None else tuple(workcell.arms[name] for name in motion.arms)
+    scene = waiting_scene(stream)
+    refuse_other_motion(motion, scene, cells, str(folder / MOTION))
+    return stream_trial_page(record, scene, cells, motion)
 
 
 def _commission_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
@@ -209,9 +229,10 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
     from pickcli.cell.cell_file import load_workcell
     from pickcli.commission.commission_record import is_commission_record
     from pickcli.page.trial_page import trial_page
+    from pickcli.pallet_trials.pallet_record import is_pallet_record
     from pickcli.scene.scene_file import scene_hash
+    from pickcli.stream_trials.stream_record import is_stream_record
     from pickcli.trial.motion_record import read_motion, refuse_other_motion, refuse_other_record
-    from pickcli.trial.pallet_record import is_pallet_record
     from pickcli.trial.trial_folder import MOTION, read_look_pictures
     from pickcli.trial.trial_record import read_record
 
@@ -219,6 +240,8 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
         return _commission_trial(folder, cell_name, arms)
     if is_pallet_record(folder / RECORD):
         return _pallet_trial(folder, cell_name, arms)
+    if is_stream_record(folder / RECORD):
+        return _stream_trial(folder, cell_name, arms)
     record = read_record(folder / RECORD)
     if not (folder / MOTION).exists():
         raise InputError(f"{folder}: has no {MOTION}, nothing to replay; play the trial again")
@@ -245,9 +268,9 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
 
 def _trials(folder: Path) -> PageDocument:
     from pickcli.commission.commission_trials import are_commissions, read_commission_trials
+    from pickcli.monte_carlo.trials_folder import read_trials
     from pickcli.page.commission_trials_page import commission_trials_page
     from pickcli.page.trials_page import trials_page
-    from pickcli.trial.trials_folder import read_trials
 
     if are_commissions(folder):
         return commission_trials_page(read_commission_trials(folder))

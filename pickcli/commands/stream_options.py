@@ -16,6 +16,7 @@ from pickcli.commands.option_types import PATH, FiniteRange
 from pickcli.commands.options import passed_as, refuse_output
 from pickcli.commands.plan_verification import timed_certifier
 from pickcli.commands.scene_options import scene_or_empty
+from pickcli.commands.trial_options import is_stated
 
 if TYPE_CHECKING:
     from pickcli.commands.plan_options import PlanOptions
@@ -182,8 +183,8 @@ def plan_from_stream(
     """
     from pickcli.commands.stated_pick import destination
     from pickcli.errors import NoPlanError, UnknownNameError
-    from pickcli.planning.belt_query import InterceptQuery
-    from pickcli.planning.intercept import plan_intercept
+    from pickcli.planning.belt_picks.belt_query import InterceptQuery
+    from pickcli.planning.belt_picks.intercept import plan_intercept
 
     if item is None:
         raise click.UsageError("name the item by its id in the stream, with --item")
@@ -194,6 +195,10 @@ def plan_from_stream(
         raise UnknownNameError("item", item, ids, str(request.stream_path))
     if into == stream.conveyor and stream.speed > 0.0:
         raise click.UsageError(f"--into {into}: it runs, and nothing is set down on it; name another place")
+    if stream.speed > 0.0 and is_stated("drop_from"):
+        raise click.UsageError(
+            "--drop-from: off a running belt items are dropped from over the rim; leave it out"
+        )
     stream = stream.presenting(item)
     scene = stream.scene_at(now)
     query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))

@@ -17,8 +17,8 @@ from pickcli.commands.options import refuse_reading
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
+    from pickcli.monte_carlo.trials_folder import SeededJob, Summary, TrialsReport
     from pickcli.page.page_document import PageDocument
-    from pickcli.trial.trials_folder import SeededJob, Summary, TrialsReport
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class TrialsFolder:
         Raises:
             InputError: It is such a folder.
         """
-        from pickcli.trial.trials_folder import PAGE, SUMMARY, refuse_trials_folder
+        from pickcli.monte_carlo.trials_folder import PAGE, SUMMARY, refuse_trials_folder
 
         trials = [f"{name}-{seed}" for name in names for seed in seeds]
         refuse_trials_folder(self.path, self.overwrite, trials)
@@ -62,7 +62,7 @@ class TrialsFolder:
             report: The results.
             lines: The most important of them.
         """
-        from pickcli.trial.trials_folder import PAGE, SUMMARY
+        from pickcli.monte_carlo.trials_folder import PAGE, SUMMARY
 
         if self.as_json:
             emit_json({"path": str(self.path), **report.summary})
@@ -93,8 +93,8 @@ def played_trials(
         InputError: No trial could be played, or a file cannot be written.
     """
     from pickcli.jobs.job_run import Build
+    from pickcli.monte_carlo.trials_folder import SUMMARY, is_interrupted, play_trials, write_trials
     from pickcli.page.html_page import page_bytes
-    from pickcli.trial.trials_folder import SUMMARY, is_interrupted, play_trials, write_trials
 
     output = folder.path
     replaced = folder.overwrite or is_interrupted(output)

@@ -20,6 +20,7 @@ from pickcli.driving.drive_tracking import PERIOD
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Certify, Plan
+from pickcli.pallet_trials.pallet_result import SetDownDeviation
 from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -32,7 +33,6 @@ from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import Reality
 from pickcli.simulation.world import World
 from pickcli.trial.certifier import Certifier
-from pickcli.trial.pallet_result import SetDownDeviation
 from pickcli.trial.pose_noise import perceive
 from pickcli.trial.scene_plan import ScenePlan
 from pickcli.trial.standing_items import standing

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pickcli.trial.trial_comparison import ComparedKind
-from pickcli.trial.trial_statistics import Record
+from pickcli.monte_carlo.trial_comparison import ComparedKind
+from pickcli.monte_carlo.trial_statistics import Record
 
 
 def _other_commission(one: Record, other: Record) -> str:

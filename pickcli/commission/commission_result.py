@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from pickcli.trial.pallet_result import SetDownDeviation
+from pickcli.pallet_trials.pallet_result import SetDownDeviation
 
 DELIVERED_OFF, DELIVERED_TURNED = 0.06, 0.035  # m and rad: what entry and drive may each be off, together
 

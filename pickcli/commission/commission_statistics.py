@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from textwrap import shorten
 from typing import Any
 
-from pickcli.trial.success_rate import SuccessRate
-from pickcli.trial.trial_statistics import MAX_CAUSE, rate_values, spread
+from pickcli.monte_carlo.success_rate import SuccessRate
+from pickcli.monte_carlo.trial_statistics import MAX_CAUSE, rate_values, spread
 
 TOTALS = ("collisions", "limit_violations", "stops")
 PEOPLE = ("number", "brake_requests", "touched", "walked_in")  # of watched drives, which are summed up

@@ -25,6 +25,7 @@ from pickcli.commission.people_watch import BoothWatch, PeopleWatch
 from pickcli.driving.driving_area import DrivingArea
 from pickcli.driving.simulated_drives import DriveNoise
 from pickcli.geometry import Array
+from pickcli.pallet_trials.pallet_result import SetDownDeviation
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import PoseNoise, Scene
@@ -34,7 +35,6 @@ from pickcli.strategy.node_types import TrialKind, TruckGoal
 from pickcli.strategy.strategy_file import load_strategy
 from pickcli.strategy.strategy_tree import Argument, Strategy
 from pickcli.strategy.tree_player import TreePlayer
-from pickcli.trial.pallet_result import SetDownDeviation
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.scene_plan import ScenePlan
 

@@ -13,8 +13,8 @@ from pickcli.commission.commission_record import FORMAT as RECORD_FORMAT
 from pickcli.commission.commission_record import read_commission_record
 from pickcli.commission.commission_statistics import CommissionStatistics, Record
 from pickcli.errors import InputError
+from pickcli.monte_carlo.trials_folder import RECORD, require_folder
 from pickcli.trial.trial_record import states_format
-from pickcli.trial.trials_folder import RECORD, require_folder
 
 FORMAT, VERSION = "apc-commission-trials", 1
 _COUNTED = ("success", "items_placed", "items_ordered", "delivered", "duration_s", "handling_s", "collisions",

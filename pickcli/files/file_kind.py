@@ -126,7 +126,7 @@ _BY_FORMAT = {
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (watched \w+|\w+)", re.MULTILINE)
 _BY_PATTERN = (  # if no format is stated
-    (re.compile(_KEY % rb"(?:max_score|boxes_per_hour|items_ordered)", re.MULTILINE), TRIAL),
+    (re.compile(_KEY % rb"(?:max_score|boxes_per_hour|items_ordered|presented)", re.MULTILINE), TRIAL),
     (re.compile(_KEY % rb"(?:bin_contents|tote_contents|work_order|moves)", re.MULTILINE), ORDER),
     (re.compile(rb"<(?:disable_collisions|group|group_state|end_effector)\b"), SRDF),
     (re.compile(rb"<robot\b"), URDF),

@@ -57,9 +57,9 @@ class Job(Protocol):
 # workers.
 PACKAGES_WITHOUT_RESULTS = frozenset({
     "__main__.py", "api", "calibration", "cartesian", "commands", "commission", "drawing", "driving",
-    "export", "grasping", "hand", "io_events", "page", "palletizing", "planner_benchmark", "planning",
-    "random_scenes", "reachability", "robot_setup", "simulation", "strategy", "trial", "verification",
-    "watching",
+    "export", "grasping", "hand", "io_events", "monte_carlo", "page", "pallet_trials", "palletizing",
+    "planner_benchmark", "planning", "random_scenes", "reachability", "robot_setup", "simulation",
+    "strategy", "stream_trials", "trial", "verification", "watching",
 })  # fmt: skip
 
 

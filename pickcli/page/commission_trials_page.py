@@ -8,10 +8,10 @@ from math import floor
 from typing import Any
 
 from pickcli.commission.commission_statistics import TOTALS, CommissionStatistics, why_no_success
+from pickcli.monte_carlo.success_rate import SuccessRate
+from pickcli.monte_carlo.trial_statistics import spread
 from pickcli.page.page_document import Bar, Chart, PageDocument, PageTable
 from pickcli.page.page_scene import Fact, Tone
-from pickcli.trial.success_rate import SuccessRate
-from pickcli.trial.trial_statistics import spread
 
 MOST_CAUSES = 12
 STEP = 10  # s of a bar

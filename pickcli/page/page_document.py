@@ -88,7 +88,7 @@ class PageDocument:
 
     Attributes:
         kind: "cell", "scene", "plan", "roadmap", "trajectory database", "trial", "trials", "grasps",
-            "envelopes" or "pallet".
+            "envelopes", "pallet", or that of a trial of something else than an order.
         title: Heading.
         subtitle: Text below the heading.
         facts: Rows of the panel.

@@ -16,10 +16,10 @@ from pickcli.page.page_scene import Fact, Tone
 from pickcli.page.recorded_parts import joint_signals, replayed, vacuum_signals
 from pickcli.page.scene_page import standing_page
 from pickcli.page.trial_clearance import trial_clearance
+from pickcli.pallet_trials.pallet_station import INFEED, PalletStation
 from pickcli.palletizing.pallet_stack_file import StackedPallet
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.trial.motion_record import RecordedMotion
-from pickcli.trial.pallet_station import INFEED, PalletStation
 
 WAITING_APART, PER_ROW = 0.7, 4  # m between cartons that wait, and how many stand beside each other
 MOMENT = 1e-3  # s in which a carton comes to the infeed, or is taken away

@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pickcli.monte_carlo.sign_flips import FEWEST
+from pickcli.monte_carlo.success_rate import SuccessRate
+from pickcli.monte_carlo.trial_statistics import TrialStatistics, score_share
 from pickcli.page.page_document import Bar, Chart, PageDocument, PageTable
 from pickcli.page.page_scene import Fact, Tone
-from pickcli.trial.sign_flips import FEWEST
-from pickcli.trial.success_rate import SuccessRate
-from pickcli.trial.trial_statistics import TrialStatistics, score_share
 
 MOST_CAUSES = 12
 BAR_WIDTH = 0.1  # width of a bar, as a share of the largest score

@@ -15,11 +15,11 @@ from pickcli.errors import Failures, InputError, NoPlanError
 from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.planner_benchmark.benchmark_entries import BenchmarkQuery
 from pickcli.planner_benchmark.benchmark_summary import NamePair
-from pickcli.planning.belt_query import InterceptQuery, QueryBelt
+from pickcli.planning.belt_picks.belt_query import InterceptQuery, QueryBelt
+from pickcli.planning.belt_picks.belt_raise import raised_over_belt
 from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
-from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.scene.item_stream import ItemStream, RidingItem
 

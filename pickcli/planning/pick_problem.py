@@ -210,6 +210,12 @@ class PickProblem:
             return f"{name} into {self.destination.name} at {self.at}"
         return name if self.destination.name == TOTE else f"{name} into {self.destination.name}"
 
+    @property
+    def max_tilt(self) -> float | None:
+        """Rad that the target may be tilted while it is held: as asked, or less as its item file states."""
+        stated = (self.context.settings.upright, self.target.item.max_tilt)
+        return min((each for each in stated if each is not None), default=None)
+
     @cached_property
     def T_world_entry(self) -> Array:
         """(4, 4) frame of the way into the place at its actual pose; x points inwards."""

@@ -20,7 +20,7 @@ from pickcli.errors import Failures, InputError, UnknownNameError
 from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
 from pickcli.grasping.search import USUAL
 from pickcli.grasping.surfaces import wide_faces
-from pickcli.planning.arm_intercept import DEVIATION
+from pickcli.planning.belt_picks.arm_intercept import DEVIATION
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of

@@ -306,6 +306,7 @@ def _figures(item: Item) -> tuple[Any, ...]:
         numbers([item.mass, item.mass_error, item.seal_inset, item.speed_scale]),
         [[face, *numbers([share]), numbers(item.area(face))] for face, share in sorted(item.seals.items())],
         *([_hollows(item)] if item.hollows else ()),
+        *([numbers([item.max_tilt])] if item.max_tilt is not None else ()),
     )
 
 

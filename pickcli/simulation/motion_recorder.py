@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pickcli.cell.robot import Robot
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array, to_quaternion
 from pickcli.motion.plan import Plan
 
@@ -30,6 +33,7 @@ class RecordedRun:
         t_start: s, simulated.
         t_end: s, simulated.
         clock: Pairs of simulated time and plan time, s, increasing.
+        t_world: s, simulated, at which its world began.
     """
 
     plan: Plan | None
@@ -37,6 +41,7 @@ class RecordedRun:
     t_start: float
     t_end: float = 0.0
     clock: list[tuple[float, float]] = field(default_factory=list)
+    t_world: float = 0.0
 
     def note(self, world: World, progress: Progress) -> None:
         """Record the progress of the plan.
@@ -45,7 +50,7 @@ class RecordedRun:
             world: The world.
             progress: Progress in s of the plan.
         """
-        self.clock.append((world.t, progress.done))
+        self.clock.append((self.t_world + world.t, progress.done))
 
     def plan_time(self, t: Array) -> Array:
         """Interpolate the plan's time at simulated times.
@@ -91,6 +96,7 @@ class MotionRecorder:
         vacuum: Pa below ambient in the cup in each sample; 0 without a cup.
         items: By id, rows of s, position in m and quaternion x, y, z, w; only while an item moves.
         runs: Executions, in order of time.
+        t_world: s at which the world began that is recorded.
     """
 
     def __init__(self, start: Mapping[str, float] | None = None) -> None:
@@ -103,6 +109,7 @@ class MotionRecorder:
         self._kept: dict[str, Array] = {}  # the last recorded pose of each item
         self._still: dict[str, tuple[float, Array]] = {}  # s and pose of the last sample at rest
         self._n_looks = 0
+        self.t_world = 0.0
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -117,22 +124,43 @@ class MotionRecorder:
         copy.runs = list(self.runs)
         return copy
 
+    def enter(self, world: World, t: float) -> None:
+        """Go on with another world, in place of what the one before showed of later times.
+
+        Items that are not in it stay where they came to rest in the one before.
+
+        Args:
+            world: The world, which begins.
+            t: s at which it does, not before the end of the last execution.
+        """
+        self.t_world = t
+        n = bisect_left(self.times, t)
+        del self.times[n:], self.joints[n:], self.vacuum[n:]
+        for placed in world.scene.items:
+            rows = self.items.get(placed.id, [])
+            del rows[bisect_left(rows, t, key=lambda row: float(row[0])) :]
+            self._kept.pop(placed.id, None)
+            self._still.pop(placed.id, None)
+        self.look(world)
+        world.observer = self.look
+
     def look(self, world: World) -> None:
         """Record the current state if a sample is due.
 
         Args:
             world: The world, after a step.
         """
-        if self.times and world.t < self.times[-1] + LOOK_TIME - 1e-9:
+        t = self.t_world + world.t
+        if self.times and t < self.times[-1] + LOOK_TIME - 1e-9:
             return
-        self.times.append(world.t)
+        self.times.append(t)
         self._positions |= dict(zip(world.robot.moving_joints, world.joints.tolist(), strict=True))
         self.joints.append(np.array(list(self._positions.values())))
         self.vacuum.append(world.tool.pressure)
         is_due, held = self._n_looks % ITEM_LOOKS == 0, world.held
         for placed in world.scene.items:
             if is_due or placed.id == held:
-                self._note(placed.id, world.t, world.engine.pose(placed.id))
+                self._note(placed.id, t, world.engine.pose(placed.id))
         self._n_looks += 1
 
     def begin(self, plan: Plan | None, world: World) -> RecordedRun:
@@ -145,7 +173,8 @@ class MotionRecorder:
         Returns:
             The execution, whose end is to be set.
         """
-        run = RecordedRun(plan, world.scene.cell.arm, world.t, world.t)
+        t = self.t_world + world.t
+        run = RecordedRun(plan, world.scene.cell.arm, t, t, t_world=self.t_world)
         self.runs.append(run)
         return run
 
@@ -158,6 +187,21 @@ class MotionRecorder:
         for when, pose in ([self._still.pop(item)] if item in self._still else []) + [(t, T)]:
             row = np.array([when, *pose[:3, 3], *to_quaternion(pose[:3, :3])])
             rows.append(_nearest_turn(row, rows[-1]) if rows else row)
+
+
+def joint_positions(robot: Robot, q: Array, tool_state: ToolState) -> dict[str, float]:
+    """Return where the joints of an arm and its tool stand.
+
+    Args:
+        robot: The arm.
+        q: (n,) configuration, in rad or m.
+        tool_state: State of the tool.
+
+    Returns:
+        Positions in rad or m by joint.
+    """
+    found = dict(zip(robot.joint_names, q.tolist(), strict=True))
+    return found | {name: robot.tool.joint_position(name, tool_state) for name in robot.tool.joints}
 
 
 def _nearest_turn(row: Array, before: Array) -> Array:

@@ -20,14 +20,6 @@ Read in this order:
   `trial_result`; `trial_folder` stores it with its `trial_record`, the `motion_record` and the official
   `output_file`; `trial_summary` has the rows of its table. `record_schema` and `motion_schema` validate
   stored records and motions.
-- Streams of items on a conveyor: `stream_trial` plays them by one of the `stream_rules` with the
-  `stream_arms`, a `meeting_watch` measures each pick, and a `stream_result` says what became of them;
-  `stream_record` is what its file says. A `belt_perception` knows the items by a `belt_camera`.
-- Cartons stacked on a pallet: in a `pallet_station`, the cell and what it can take, `pallet_trial` plays a
-  planned stack, with a `pallet_result`; `pallet_record` is what its file says, beside others in a
-  `pallet_folder`. There and in commissions, `standing_items` is what is known of items that stand, and a
-  `scene_plan` a plan that was executed.
-- Many trials: a `played_trial` is everything that a folder stores; a `trial_job` plays one for an order and a
-  seed; `trials_folder` stores them with their `trial_statistics`, with a `success_rate` each for items and
-  places. A `trial_comparison` compares two such runs by `sign_flips`.
+- A `played_trial` is everything that a folder stores. In trials of pallets and commissions,
+  `standing_items` is what is known of items that stand, and a `scene_plan` a plan that was executed.
 """

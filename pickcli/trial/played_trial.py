@@ -15,7 +15,7 @@ from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.progress import ProgressObserver, nobody
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import TOTE, CarrierPose, PoseNoise, Scene
-from pickcli.simulation.motion_recorder import MotionRecorder
+from pickcli.simulation.motion_recorder import MotionRecorder, joint_positions
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
 from pickcli.strategy.strategy_tree import Strategy
@@ -200,6 +200,5 @@ def positions_at_start(arms: Sequence[TrialArm]) -> dict[str, float]:
     found: dict[str, float] = {}
     for arm in arms:
         robot, state = arm.context.cell.robot, arm.parked or arm.context.cell.home
-        found |= dict(zip(robot.joint_names, state.q.tolist(), strict=True))
-        found |= {name: robot.tool.joint_position(name, state.tool_state) for name in robot.tool.joints}
+        found |= joint_positions(robot, state.q, state.tool_state)
     return found

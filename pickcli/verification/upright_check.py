@@ -1,4 +1,4 @@
-"""Check that a held item stays as upright as its plan states."""
+"""Check that a held item stays as upright as its plan states, and its item file."""
 
 from __future__ import annotations
 
@@ -6,31 +6,34 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pickcli.cell.robot import Robot
 from pickcli.cell.tool import MOVING
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
+from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.quintic import motion, variation
 
 STEP = 2e-3  # s between samples; knots of the trajectory are among them
 
 
-def check_upright(plan: Plan, robot: Robot) -> Iterator[Reason]:
+def check_upright(plan: Plan, scene: Scene) -> Iterator[Reason]:
     """Check the tilt at every instant, against the orientation in which the item was taken.
 
     The angle between two directions changes by no more than the tool turns, and that by no more than the
     joints travel together, which the control polygons of the quintics bound.
 
     Args:
-        plan: The plan; one without a bound of the tilt has no faults.
-        robot: The robot.
+        plan: The plan; without a bound of the tilt, of its own or of the item, it has no faults. One of the
+            item does not bind a recovery motion, which may start with the item tilted in any way.
+        scene: The scene, with the item and the robot.
 
     Yields:
         Faults.
     """
-    if plan.upright is None:
+    allowed = _allowed(plan, scene)
+    if allowed is None:
         return
+    robot = scene.cell.robot
     upright = None  # of the tool's axes, the one that points up when the item is taken
     for k, segment in enumerate(plan.segments):
         if segment.held is None:
@@ -49,10 +52,16 @@ def check_upright(plan: Plan, robot: Robot) -> Iterator[Reason]:
         tilt = 2.0 * np.arcsin(np.clip(np.linalg.norm(up - upright, axis=1) / 2.0, 0.0, 1.0))
         turned = variation(p, v, a, times).sum(axis=1) if len(times) > 1 else np.zeros(0)
         most = float(max(tilt.max(), ((tilt[:-1] + tilt[1:] + turned) / 2.0).max(initial=0.0)))
-        if not most <= plan.upright:
-            detail = (
-                f"by up to {np.degrees(most):.2f} degrees, the plan allows {np.degrees(plan.upright):.2f}"
-            )
+        if not most <= allowed:
+            detail = f"by up to {np.degrees(most):.2f} degrees, {np.degrees(allowed):.2f} are allowed"
             yield Reason("tilts the item", where, detail)
-    if all(segment.held is None for segment in plan.segments):
+    if plan.upright is not None and all(segment.held is None for segment in plan.segments):
         yield Reason("nothing is held", "upright", "the plan states how far it tilts an item, and holds none")
+
+
+def _allowed(plan: Plan, scene: Scene) -> float | None:
+    """Rad that the held item may be tilted, by its plan and its item file; None for any."""
+    bounds = [plan.upright]
+    if plan.recovery is None:
+        bounds += [scene.item(each.held).max_tilt for each in plan.segments if each.held is not None]
+    return min((each for each in bounds if each is not None), default=None)

@@ -18,6 +18,7 @@ from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device, DeviceKind, pump_flow
 from pickcli.cell.item import LEAST_SHARE, REFERENCE_FLOW, Item
 from pickcli.cell.schemas.items_file import load_items, read_items
+from pickcli.cell.schemas.items_text import items_text
 from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import UnknownNameError
 
@@ -301,3 +302,9 @@ def test_what_seals_of_a_face_is_bounded_along_the_axes_stated() -> None:
     assert all(
         low < high for item in ITEMS.values() for area in item.areas.values() for low, high in area.values()
     )
+
+
+def test_a_bound_of_the_tilt_is_read_back_as_it_was_written(tmp_path: Path) -> None:
+    item = replace(load_items()["dove_beauty_bar", 2016], max_tilt=0.3)
+    (path := tmp_path / "items.yaml").write_text(items_text([item]))
+    assert read_items(path)["dove_beauty_bar", 2016] == item

@@ -6,8 +6,11 @@ import hashlib
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from pickcli.motion.plan_file import read_plan
+from pickcli.trial.motion_record import read_motion
 from support.command_line import apc, misused, refused
 
 
@@ -92,6 +95,8 @@ def test_options_that_contradict_each_other_are_wrong_usage(
 def test_nothing_is_set_down_on_a_running_belt(stream: Path, tmp_path: Path) -> None:
     words = ("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "--into", "belt")
     misused(apc(*words, "-o", tmp_path / "p.json"), "--into belt: it runs, and nothing is set down on it")
+    dropped = (*words[:-2], "--drop-from", "inside", "-o", tmp_path / "p.json")
+    misused(apc(*dropped), "--drop-from: off a running belt items are dropped from over the rim")
 
 
 def test_names_that_are_unknown_are_told(stream: Path, tmp_path: Path) -> None:
@@ -139,14 +144,52 @@ def test_a_stream_is_played(tmp_path: Path) -> None:
     record = json.loads((out / "trial.json").read_text())
     assert (record["presented"], record["delivered"], record["collisions"]) == (1, 1, 0)
     made = record["made_from"]
-    assert (made["format"], made["version"], made["seed"]) == ("apc stream trial", 1, 0)
+    assert (made["format"], made["version"], made["seed"]) == ("apc-stream-trial", 2, 0)
     assert made["stream_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+    assert sorted(each.name for each in out.iterdir()) == ["motion.json.gz", "stream.json", "trial.json"]
     refused(apc("run-trial", path, "-o", out), 3, "exists already")
     misused(apc("run-trial", path, "--pod-shift", "none", "-o", out), "--pod-shift applies to orders")
-    misused(apc("run-trial", path, "--plans", "-o", out), "--plans applies to orders")
+    misused(apc("run-trial", path, "--drop-from", "inside", "-o", out), "--drop-from applies to orders")
     by_camera = "run-trial", path, "--perception", "camera", "-o", out
     misused(apc(*by_camera, "--sift", "all-views"), "--sift applies to orders")
     misused(
         apc("run-trial", path, "--perception", "camera", "--pose-noise", "2,1", "-o", out),
         "--pose-noise: a camera has errors of its own",
     )
+
+
+def test_a_trial_of_a_stream_keeps_its_plans_and_is_shown(tmp_path: Path) -> None:
+    path, out, page = tmp_path / "stream.json", tmp_path / "trial", tmp_path / "page.html"
+    assert apc("make-stream", "--items", "2", "--gap", "2.0,2.2", "--seed", "5", "-o", path).code == 0
+    assert apc("run-trial", path, "--plans", "-o", out).code == 0
+    record = json.loads((out / "trial.json").read_text())
+    assert record["delivered"] == 2 and all(each["clearance"] >= 0.003 for each in record["items"])
+    plans = sorted(out.glob("plan_*.json"))
+    assert len(plans) == 2
+    for plan in plans:
+        seen = plan.with_name(plan.name.replace("plan", "seen"))
+        assert apc("verify", plan, "--stream", seen).code == 0
+    path.unlink()  # the trial has its own copy
+    shown = apc("show", out, "-o", page, "--json")
+    assert shown.code == 0 and json.loads(shown.out)["kind"] == "stream trial"
+    motion = read_motion(out / "motion.json.gz")
+    assert [execution.query for execution in motion.executions] == [read_plan(each).query for each in plans]
+    assert (np.diff(motion.times) > 0.0).all()
+    first = read_plan(plans[0])
+    start = motion.executions[0].t_start
+    k = int(np.searchsorted(motion.times, start + 1.0))
+    planned = first.trajectory.sample(np.array([motion.times[k] - start]))[0]
+    assert np.abs(motion.joints[k, : len(planned)] - planned).max() < 0.05  # rad or m: joints lag a little
+    (out / "stream.json").write_text((out / "stream.json").read_text().replace('"seed": 5', '"seed": 6'))
+    refused(apc("show", out, "-o", page, "--overwrite"), 4, "is not the stream that the record was made from")
+
+
+def test_a_trial_in_which_no_arm_moved_has_nothing_to_show(tmp_path: Path) -> None:
+    path, out = tmp_path / "stream.json", tmp_path / "trial"
+    assert apc("make-stream", "--items", "1", "--seed", "3", "-o", path).code == 0
+    values = json.loads(path.read_text())
+    values["items"][0]["name"] = "fitness_gear_3lb_dumbbell"  # no cup holds it
+    path.write_text(json.dumps(values))
+    if apc("run-trial", path, "-o", out).code == 0:
+        assert not (out / "motion.json.gz").exists()
+        refused(apc("show", out, "-o", tmp_path / "page.html"), 3, "no arm moved in this trial")

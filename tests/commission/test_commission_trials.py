@@ -19,10 +19,8 @@ from pickcli.commission.commission_trials import (
 )
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, RunOptions
-from pickcli.page.commission_trials_page import commission_trials_page
-from pickcli.page.html_page import page_bytes
-from pickcli.trial.trial_comparison import TrialComparison
-from pickcli.trial.trials_folder import (
+from pickcli.monte_carlo.trial_comparison import TrialComparison
+from pickcli.monte_carlo.trials_folder import (
     PAGE,
     SUMMARY,
     TrialsReport,
@@ -30,6 +28,8 @@ from pickcli.trial.trials_folder import (
     play_trials,
     write_trials,
 )
+from pickcli.page.commission_trials_page import commission_trials_page
+from pickcli.page.html_page import page_bytes
 from support.command_line import apc, misused, refused
 from support.commissions import SHIPPED, few, written
 from support.scripted_commissions import ScriptedCommissions, scripted_record, write_scripted_commissions

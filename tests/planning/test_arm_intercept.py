@@ -10,9 +10,9 @@ import pytest
 from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.arm_intercept import DEVIATION
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept, why_never
+from pickcli.planning.belt_picks.arm_intercept import DEVIATION
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept, why_never
 from pickcli.timing.limit_check import measure_limits
 from pickcli.verification.verify import certifier
 from support.pr2_picks import arm_pick, context, home, stream

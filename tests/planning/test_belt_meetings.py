@@ -10,13 +10,13 @@ import pytest
 
 from pickcli.geometry import Array, rotation_angle
 from pickcli.grasping.search import USUAL
-from pickcli.planning.arm_intercept import DEVIATION
-from pickcli.planning.belt_query import InterceptQuery, QueryBelt
+from pickcli.planning.belt_picks.arm_intercept import DEVIATION
+from pickcli.planning.belt_picks.belt_grasps import BeltGrasps
+from pickcli.planning.belt_picks.belt_meetings import EVERY, MOST_TRIED, BeltMeetings, MeetingTimes
+from pickcli.planning.belt_picks.belt_query import InterceptQuery, QueryBelt
+from pickcli.planning.belt_picks.belt_reach import STEP, BeltReach, belt_reaches
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem, PickQuery
-from pickcli.planning.stages.belt_grasps import BeltGrasps
-from pickcli.planning.stages.belt_meetings import EVERY, MOST_TRIED, BeltMeetings, MeetingTimes
-from pickcli.planning.stages.belt_reach import STEP, BeltReach, belt_reaches
 from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import arm_seeds
 from support.pr2_picks import context, home, stream

@@ -9,12 +9,12 @@ import pytest
 
 from pickcli.errors import NoPlanError, Reason
 from pickcli.grasping.antipodal import pinch_turns, pinches
-from pickcli.planning import arm_intercept
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept, why_never
+from pickcli.planning.belt_picks import arm_intercept
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.follow_bounds import RideTimes, why_unreached
+from pickcli.planning.belt_picks.intercept import plan_intercept, why_never
 from pickcli.planning.pick_settings import GraspApproach
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.follow_bounds import RideTimes, why_unreached
 from pickcli.scene.item_stream import ItemStream
 from support.pr2_picks import context, home, stream
 

@@ -19,8 +19,8 @@ from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import times_at_work
 from pickcli.motion.plan_file import plan_to_dict
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext

@@ -11,12 +11,12 @@ import pytest
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
-from pickcli.planning import intercept
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept, why_never
+from pickcli.planning.belt_picks import axis_intercept, axis_windows
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept, why_never
+from pickcli.planning.belt_picks.reach_table import too_late_by
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.grasp_selection import feasible_grasps
-from pickcli.planning.stages.reach_table import too_late_by
 from pickcli.planning.start_state import Start
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from support.belt_picks import cell, context, home, stream
@@ -60,9 +60,9 @@ def test_never_is_not_said_where_the_whole_search_finds_a_plan(
         if isinstance(told, str) and LATE in told:
             n_said += 1
             with monkeypatch.context() as patch:
-                patch.setattr(intercept, "too_late_by", lambda *args: -np.inf)
-                patch.setattr(intercept, "WIDELY", np.inf)
-                patch.setattr(intercept, "least_times", lambda *args: np.array([-np.inf]))
+                patch.setattr(axis_intercept, "too_late_by", lambda *args: -np.inf)
+                patch.setattr(axis_intercept, "WIDELY", np.inf)
+                patch.setattr(axis_windows, "least_times", lambda *args: np.array([-np.inf]))
                 assert isinstance(answer(k, travel, speed, start), str)
     assert n_said > 0
 
@@ -76,7 +76,7 @@ def bound(items: ItemStream, name: str, start: Start) -> float:
         return np.inf
 
     with pytest.MonkeyPatch.context() as patch, pytest.raises(NoPlanError):
-        patch.setattr(intercept, "too_late_by", listen)
+        patch.setattr(axis_intercept, "too_late_by", listen)
         plan_intercept(context(), items, InterceptQuery(name, 0.0), start)
     return told[0]
 
@@ -110,7 +110,7 @@ def test_what_the_named_configurations_do_not_take_is_taken_from_others(
         seen.append(problem.by_named)
         return ((), Failures()) if problem.by_named else feasible(problem, exclude)
 
-    monkeypatch.setattr(intercept, "feasible_grasps", without_named)
+    monkeypatch.setattr(axis_intercept, "feasible_grasps", without_named)
     assert isinstance(plan_intercept(context(), items, InterceptQuery(name, 0.0), home()), Plan)
     assert seen[:3] == [True] * 3 and not any(seen[3:])
 

@@ -10,11 +10,14 @@ import pytest
 from pickcli.cell.tool import MOVING
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.assembly.tilt_bound import tilts, why_tilted
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept
+from pickcli.scene.item_stream import ItemStream
+from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.trajectory_sampling import states_at
+from pickcli.verification.upright_check import check_upright
 from pickcli.verification.verify import certifier
 from support.belt_picks import context, home, stream
 from support.command_line import apc, misused
@@ -51,6 +54,36 @@ def test_an_item_stays_as_upright_as_asked_and_the_verifier_accepts_it() -> None
     assert plan.upright == ALLOWED and float(tilt(plan, dense(plan)).max()) <= ALLOWED
     items = stream()
     assert isinstance(certifier(items.scene_at(items.items[0].stamp + 0.1))(plan), Plan)
+
+
+def as_stated(max_tilt: float) -> ItemStream:
+    """The stream with items that may be tilted by that, as their item file says."""
+    items = stream()
+    return replace(
+        items,
+        items=tuple(replace(each, item=replace(each.item, max_tilt=max_tilt)) for each in items.items),
+    )
+
+
+@pytest.mark.parametrize("asked", [None, 2.0 * ALLOWED])
+def test_an_item_stays_as_upright_as_its_file_states_whatever_else_is_asked(asked: float | None) -> None:
+    items = as_stated(ALLOWED)
+    query = InterceptQuery(items.items[0].id, items.items[0].stamp + 0.1)
+    plan = plan_intercept(context().keeping_upright(asked), items, query, home())
+    assert plan.upright == ALLOWED and float(tilt(plan, dense(plan)).max()) <= ALLOWED
+
+
+def test_the_verifier_judges_by_the_item_file_where_the_plan_states_nothing() -> None:
+    plan, items = planned(None), as_stated(ALLOWED)
+    scene = items.scene_at(items.items[0].stamp + 0.1)
+    (fault,) = check_upright(plan, scene)
+    assert "tilts the item" in str(fault) and "30.00 are allowed" in str(fault)
+    assert not [*check_upright(replace(plan, recovery=RecoveryLevel.BACKWARDS), scene)]
+
+
+def test_a_plan_is_stale_where_the_bound_of_its_item_changes() -> None:
+    hashes = {scene_hash(each.scene_at(0.0)) for each in (stream(), as_stated(ALLOWED), as_stated(0.1))}
+    assert len(hashes) == 3
 
 
 def test_the_bound_covers_all_that_is_between_the_samples_and_little_more() -> None:

@@ -16,8 +16,8 @@ from pickcli.geometry import Array, rotation_axis_angle
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.scene.item_stream import RidingItem
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.contact_guard import ContactGuard

@@ -9,8 +9,8 @@ import pytest
 
 from pickcli.errors import InputError
 from pickcli.geometry import pose
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.execute import execute

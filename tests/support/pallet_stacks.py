@@ -7,12 +7,12 @@ from functools import cache
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_workcell
+from pickcli.pallet_trials.pallet_station import PalletStation
 from pickcli.palletizing.arm_sequence import seen_from
 from pickcli.palletizing.drop_test import DropTest
 from pickcli.palletizing.pallet_order import CONTAINERS, Carton, PalletOrder
 from pickcli.palletizing.pallet_stack_file import StackedPallet
 from pickcli.palletizing.stacking import stack_all
-from pickcli.trial.pallet_station import PalletStation
 
 PALLET = replace(CONTAINERS["half_pallet"], height=0.694, edge=0.01)
 CARTONS = (

@@ -7,8 +7,8 @@ from functools import cache
 
 from pickcli.cell.cell_file import load_workcell
 from pickcli.motion.plan import Plan
-from pickcli.planning.belt_query import InterceptQuery
-from pickcli.planning.intercept import plan_intercept
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream

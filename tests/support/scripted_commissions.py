@@ -18,8 +18,8 @@ from pickcli.commission.commission_result import (
 )
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import JobResult
+from pickcli.pallet_trials.pallet_result import SetDownDeviation
 from pickcli.seeds import derived_rng
-from pickcli.trial.pallet_result import SetDownDeviation
 from pickcli.trial.trial_record import record_text
 
 ITEMS = ("beer", "coke", "beer#2")

@@ -15,7 +15,7 @@ from pickcli.cell.station import Obstacles
 from pickcli.geometry import pose, rotation_axis_angle
 from pickcli.motion.plan import LineTracking, Plan, times_at_work
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.belt_query import DEVIATION
+from pickcli.planning.belt_picks.belt_query import DEVIATION
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import delayed

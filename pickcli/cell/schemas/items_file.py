@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -69,6 +70,9 @@ class ItemModel(FileModel):
     why_not: str = Field("", description="the reason where no face seals")
     seal_inset: Annotated[float, Field(ge=0, le=0.5)] = Field(description="m")
     speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(1.0, description="a factor in (0, 1]")
+    max_tilt: Annotated[float, Field(gt=0, le=math.pi / 2)] | None = Field(
+        None, description="rad, the most that it may be tilted while it is held"
+    )
     fragile: bool = Field(False, description="whether smaller forces than on other items are damage")
     material: Material = Field(Material.MATTE, description="matte, dark, clear, mesh or shiny")
     colour: Annotated[tuple[Annotated[int, Field(ge=0, le=255)], ...], Len(3, 3)] | None = Field(
@@ -347,4 +351,5 @@ def _item(name: str, year: int, model: ItemModel) -> Item:
         is_printed=model.printed,
         deformation=model.deforms,
         hollows=model.hollows_in_shape,
+        max_tilt=model.max_tilt,
     )

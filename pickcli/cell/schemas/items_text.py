@@ -48,6 +48,8 @@ def _lines(item: Item) -> Iterator[str]:
     yield f"seal_inset: {item.seal_inset!r}"
     if item.speed_scale != 1.0:
         yield f"speed_scale: {item.speed_scale!r}"
+    if item.max_tilt is not None:
+        yield f"max_tilt: {item.max_tilt!r}"
     if item.is_fragile:
         yield "fragile: true"
     if item.material is not Material.MATTE:

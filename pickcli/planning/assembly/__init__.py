@@ -2,7 +2,6 @@
 
 Read `stitching`, then `carried_motion` for the part with the item, and `proven_timing`, which times the
 segments between two stops within the limits of `grip_load`; `timed_motion_validation` proves the timed
-motion, `tracked_stitching` adds the motion of a conveyor to that of an axis, `followed_stitching` to that of
-the whole arm, `pick_plan` makes the plan, `tool_path_check` measures the tool's path, and `tilt_bound` bounds
-how far the held item is tilted.
+motion, `pick_plan` makes the plan, `tool_path_check` measures the tool's path, and `tilt_bound` bounds how
+far the held item is tilted.
 """

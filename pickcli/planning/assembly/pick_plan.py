@@ -56,7 +56,7 @@ def pick_plan(
         arm=cell.arm,
         others=cell.others,
         tracking=tracking,
-        upright=problem.context.settings.upright,
+        upright=problem.max_tilt,
     )
     fault = _why_thrown(problem.context, plan)
     if fault is None and plan.upright is not None:

@@ -21,7 +21,7 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
     Returns:
         All segments of the pick, or every reason for failure.
     """
-    taking, failures, upright = reached.taking, Failures(), problem.context.settings.upright
+    taking, failures = reached.taking, Failures()
     if problem.shift is not None:
         end = plan_end_of_shift(problem, taking)
         return end if isinstance(end, Failures) else PickMotion(reached.transit, taking, Transfer((), end))
@@ -32,7 +32,7 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
         limits = problem.context.arm.limits
         placements = tuple(motion.unwound_towards(limits, taking.end) for motion in placements)
         keeps_state = placements[0].holding_state == taking.holding_state
-        in_one_state = plan_direct_transfer if upright is None else plan_upright_transfer
+        in_one_state = plan_direct_transfer if problem.max_tilt is None else plan_upright_transfer
         plan = in_one_state if keeps_state else plan_transfer_with_tool_change
         transfer = plan(problem, taking, placements)
         if not isinstance(transfer, Failures):

@@ -32,17 +32,17 @@ WHERE = "upright transfer"
 def plan_upright_transfer(
     problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion]
 ) -> Transfer | Failures:
-    """Find a transfer to one of several placements that keeps the item as upright as the settings ask.
+    """Find a transfer to one of several placements that keeps the item as upright as is asked.
 
     Args:
-        problem: The pick, whose settings have a bound of the tilt.
+        problem: The pick, with a bound of the tilt.
         taking: The motion that takes the item.
         placements: Placements in the state of the tool in which it is taken.
 
     Returns:
         The transfer, or the reasons for failure.
     """
-    arm, state, upright = problem.context.arm, taking.holding_state, problem.context.settings.upright
+    arm, state, upright = problem.context.arm, taking.holding_state, problem.max_tilt
     assert upright is not None
     up = arm.tip(taking.inward[-1].waypoints[-1], taking.grasp.tool_state)[:3, :3].T @ (0.0, 0.0, 1.0)
 

@@ -1,0 +1,225 @@
+"""Folder of a Monte Carlo run: a folder for each trial, and a summary in ``trials.json``.
+
+See docs/formats/trials.md. All wall-clock figures are under ``statistics``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from pickcli.errors import InputError
+from pickcli.files.atomic_write import write_bytes, write_text
+from pickcli.files.bounded_reading import read_kind
+from pickcli.files.file_kind import TRIALS
+from pickcli.jobs.job import Job, Key
+from pickcli.jobs.job_run import Build
+from pickcli.jobs.journal import journals
+from pickcli.monte_carlo.trial_job import files_of
+from pickcli.monte_carlo.trial_statistics import Record, TrialStatistics, score_share
+from pickcli.trial.trial_folder import refuse_existing_folder
+from pickcli.trial.trial_record import read_record
+
+FORMAT, VERSION = "apc-trials", 1
+SUMMARY, PAGE, RECORD = "trials.json", "trials.html", "trial.json"
+_COUNTED = ("score", "max_score", "items_in_tote", "collisions", "limit_violations", "drops", "disturbed",
+            "misjudged", "aborted", "clock_s", "simulated_s")  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class TrialsReport:
+    """Results of a Monte Carlo run.
+
+    Attributes:
+        files: File contents by name, by name of the trial's folder.
+        records: Content of each ``trial.json``, by name of the trial's folder.
+        not_stowed: Why trials could not be played, by the name that their folder would have had.
+        summary: Content of ``trials.json``.
+    """
+
+    files: Mapping[str, Mapping[str, bytes]]
+    records: Mapping[str, Record]
+    not_stowed: Mapping[str, str]
+    summary: Mapping[str, Any]
+
+
+class SeededJob(Job, Protocol):
+    """Trials as jobs: one per task and seed, whose results are the files of the trial's folder."""
+
+    def keys(self, seeds: Sequence[int]) -> list[Key]:
+        """List the keys of all combinations of tasks and seeds.
+
+        Args:
+            seeds: Seeds for each task.
+
+        Returns:
+            Keys, each a name and a seed.
+        """
+
+
+Summary = Callable[[Mapping[str, Record], Mapping[str, str], Mapping[str, Any]], dict[str, Any]]
+
+
+def refuse_trials_folder(folder: Path, overwrite: bool, trials: Iterable[str] = ()) -> None:
+    """Refuse a folder, before any work, if the results could not be written there.
+
+    A folder with the journal of an interrupted run is accepted, which may have begun to write it.
+
+    Args:
+        folder: The folder, which need not exist.
+        overwrite: Whether existing files may be replaced.
+        trials: Names of the folders of the run's trials.
+
+    Raises:
+        InputError: It is a file, has other files and may not be overwritten, or cannot be written.
+    """
+    is_ours = is_interrupted(folder)
+    if is_ours:
+        ours = {SUMMARY, PAGE, *trials, *(path.name for path in journals(folder / SUMMARY))}
+        is_ours = all(path.name in ours for path in folder.iterdir())
+    refuse_existing_folder(folder, overwrite or is_ours)
+
+
+def is_interrupted(folder: Path) -> bool:
+    """Whether a folder is that of a run that was interrupted, perhaps as it wrote the folders of its trials.
+
+    Args:
+        folder: The folder, which need not exist.
+
+    Returns:
+        Whether the journal of a run is in it.
+    """
+    return folder.is_dir() and bool(journals(folder / SUMMARY))
+
+
+def play_trials(
+    build: Build, job: SeededJob, seeds: Sequence[int], made_from: Mapping[str, Any], summary: Summary
+) -> TrialsReport:
+    """Play the trials that have not been played yet.
+
+    Args:
+        build: Runs the jobs and stores their results.
+        job: The trials.
+        seeds: Seeds for each order.
+        made_from: Provenance for ``trials.json``.
+        summary: Makes the content of ``trials.json`` from records, why others were not played, and
+            provenance.
+
+    Returns:
+        The results, which are not written yet.
+
+    Raises:
+        InputError: No trial could be played.
+    """
+    keys = job.keys(seeds)
+    results = sorted(zip(map(trial_name, keys), build.records(keys), strict=True), key=lambda each: each[0])
+    files = {name: files_of(result) for name, result in results if result.reason is None}
+    why = {name: result.reason.detail for name, result in results if result.reason is not None}
+    if not files:
+        raise InputError(f"no trial could be played: {next(iter(why.values()))}; name other orders")
+    records = {name: json.loads(contents[RECORD]) for name, contents in files.items()}
+    return TrialsReport(files, records, why, summary(records, why, made_from))
+
+
+def write_trials(folder: Path, report: TrialsReport, page: bytes, replace: bool) -> None:
+    """Write the folder of each trial, then the page, and the summary last.
+
+    Args:
+        folder: The folder, which must exist.
+        report: The results.
+        page: The page as HTML.
+        replace: Whether existing files may be replaced.
+
+    Raises:
+        InputError: A file cannot be written.
+    """
+    for name, files in report.files.items():
+        (folder / name).mkdir(exist_ok=True)
+        for file, content in files.items():
+            write_bytes(folder / name / file, content, replace)
+    write_bytes(folder / PAGE, page, replace)
+    write_text(folder / SUMMARY, json.dumps(report.summary, indent=2, allow_nan=False) + "\n", replace)
+
+
+def trial_name(key: Key) -> str:
+    """Return the name of a trial's folder.
+
+    Args:
+        key: The job's key.
+
+    Returns:
+        Order and seed joined by a hyphen.
+    """
+    return "-".join(key)
+
+
+def require_folder(folder: Path) -> None:
+    """Refuse a path that is not a folder.
+
+    Args:
+        folder: The path.
+
+    Raises:
+        InputError: It is a file, or does not exist.
+    """
+    if folder.is_dir():
+        return
+    if not folder.exists():
+        raise InputError(f"{folder}: no such folder; {TRIALS.origin}")
+    kind = read_kind(folder)
+    found = "is a file" if kind is None else f"is {kind.name}"
+    raise InputError(f"{folder}: {found}, but {TRIALS.name} is expected here ({TRIALS.origin})")
+
+
+def read_trials(folder: Path) -> dict[str, dict[str, Any]]:
+    """Read the records of all trials in a folder.
+
+    Args:
+        folder: A folder with one folder per trial, as written by ``run-trials`` or several ``run-trial``.
+
+    Returns:
+        Content of each ``trial.json``, by the name of its folder, sorted.
+
+    Raises:
+        InputError: It contains no trial, or a record cannot be read.
+        StaleError: A record has another version of the format.
+    """
+    require_folder(folder)
+    records = {path.parent.name: read_record(path) for path in sorted(folder.glob(f"*/{RECORD}"))}
+    if not records:
+        raise InputError(f"{folder}: no trials in it (no */{RECORD}); apc run-trials makes such a folder")
+    return records
+
+
+def order_summary(
+    records: Mapping[str, Record], not_stowed: Mapping[str, str], made_from: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the content of ``trials.json`` for trials of orders.
+
+    Args:
+        records: Content of each ``trial.json``, by name of the trial's folder.
+        not_stowed: Why trials could not be played, by the name that their folder would have had.
+        made_from: Provenance.
+
+    Returns:
+        JSON values; those that depend on wall time are under ``statistics``.
+    """
+    statistics = TrialStatistics(records)
+    return {
+        **statistics.values(),
+        "trials": [_line(name, record) for name, record in records.items()],
+        "not_stowed": dict(not_stowed),
+        "made_from": {"format": FORMAT, "version": VERSION, **made_from},
+        "statistics": statistics.computing(),
+    }
+
+
+def _line(name: str, record: Record) -> dict[str, Any]:
+    made = record["made_from"]
+    figures = {key: record[key] for key in _COUNTED}
+    share, n = round(score_share(record), 6), len(record["items"])
+    return {"trial": name, "order": made["order"], "seed": made["seed"], "score_share": share, "targets": n,
+            **figures}  # fmt: skip

@@ -1,0 +1,107 @@
+"""The record of a trial of a pallet: what was played under which conditions, and what became of it."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+from pickcli.errors import StaleError
+from pickcli.pallet_trials.pallet_station import PalletStation
+from pickcli.pallet_trials.pallet_trial import PalletTrialRequest, PlayedPallet
+from pickcli.palletizing.pallet_stack_file import StackedPallet, read_pallet_stack, stack_text
+from pickcli.trial.trial_record import package_versions, read_record_of, states_format
+
+FORMAT = "apc-pallet-trial"
+VERSION = 2
+COUNTS = "ordered", "placed", "collisions", "limit_violations", "stops"
+KEYS = frozenset((*COUNTS, "score", "collapsed", "boxes_per_hour", "aside_m", "cartons", "left"))
+
+
+def pallet_record(
+    request: PalletTrialRequest, station: PalletStation, played: PlayedPallet, name: str, sha256: str
+) -> dict[str, Any]:
+    """Return the record as JSON values; all but ``statistics`` is a function of stack, conditions and seed.
+
+    Args:
+        request: The stack and the conditions.
+        station: The cell.
+        played: The played trial.
+        name: Name of the file of the order or stack.
+        sha256: Digest of that file as it was read.
+
+    Returns:
+        Values by name.
+    """
+    cell = station.cell
+    return {
+        **played.result.record(),
+        "noise": request.noise.figures,
+        "reality": request.reality.as_dict(),
+        "made_from": {
+            "format": FORMAT,
+            "version": VERSION,
+            "pallet": name,
+            "pallet_sha256": sha256,
+            "stack_sha256": _digest(stack_text(request.stack)),
+            "seed": request.seed,
+            "cell": cell.name,
+            "cell_fingerprint": cell.scene_fingerprint,
+            "versions": package_versions(),
+        },
+    }
+
+
+def is_pallet_record(path: Path) -> bool:
+    """Tell whether a record is one of a trial of a pallet.
+
+    Args:
+        path: The file.
+
+    Returns:
+        True by the format that it states.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    return states_format(path, FORMAT)
+
+
+def read_pallet_record(path: Path) -> dict[str, Any]:
+    """Read the record of a trial of a pallet.
+
+    Args:
+        path: The file.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: The file cannot be read, or is no such record.
+        StaleError: It has another version of the format.
+    """
+    return read_record_of(path, FORMAT, VERSION, KEYS, "a pallet")
+
+
+def read_recorded_stack(path: Path, record: dict[str, Any]) -> StackedPallet:
+    """Read the stack that a trial played.
+
+    Args:
+        path: File of the stack.
+        record: Record of the trial.
+
+    Returns:
+        The stack.
+
+    Raises:
+        InputError: The file cannot be read, or has mistakes.
+        StaleError: It is another stack than the one of the record.
+    """
+    stack = read_pallet_stack(path)
+    if _digest(stack_text(stack)) != record["made_from"].get("stack_sha256"):
+        raise StaleError(f"{path}: is not the stack that the record was made from; play the trial again")
+    return stack
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

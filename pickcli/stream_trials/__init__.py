@@ -1,0 +1,7 @@
+"""Stream trials: items that come on a conveyor, picked as they pass, or told why not.
+
+`stream_trial` plays a stream by one of the `stream_rules` with the `stream_arms`. What the robot knows of the
+items is exact, or a `belt_perception` by a `belt_camera`. A `meeting_watch` measures each pick, a
+`stream_result` says what became of the items; `stream_record` is what its file says, beside others in a
+`stream_folder`.
+"""

@@ -1,0 +1,110 @@
+"""The record of a trial of a stream: what was played under which conditions, and what became of the items."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import StaleError
+from pickcli.scene.item_stream import ItemStream
+from pickcli.scene.stream_file import read_stream
+from pickcli.stream_trials.stream_result import StreamTrialResult
+from pickcli.stream_trials.stream_trial import StreamTrialRequest
+from pickcli.trial.trial_record import package_versions, read_record_of, states_format
+
+FORMAT = "apc-stream-trial"
+VERSION = 2
+COUNTS = "presented", "attempted", "delivered", "collisions", "limit_violations", "stops"
+KEYS = frozenset(
+    (*COUNTS, "speed_m_s", "duration_s", "delivered_per_minute", "slip_m_s", "offset_m", "items")
+)
+
+
+def stream_record(
+    request: StreamTrialRequest, result: StreamTrialResult, stream_name: str, stream_sha256: str
+) -> dict[str, Any]:
+    """Return the record as JSON values; all but ``statistics`` is a function of stream, conditions and seed.
+
+    Args:
+        request: The stream and the conditions.
+        result: The result.
+        stream_name: Name of the file of the stream.
+        stream_sha256: Digest of that file as it was read.
+
+    Returns:
+        Values by name.
+    """
+    cell, camera = request.stream.cell, request.camera
+    noise = {"noise": request.noise.figures, "speed_error_m_s": request.speed_error}
+    return {
+        **result.record(),
+        **(noise if camera is None else {"camera": asdict(camera)}),
+        "reality": request.reality.as_dict(),
+        "rule": str(request.rule),
+        "made_from": {
+            "format": FORMAT,
+            "version": VERSION,
+            "stream": stream_name,
+            "stream_sha256": stream_sha256,
+            "seed": request.seed,
+            "cell": cell.name,
+            "cell_fingerprint": cell.scene_fingerprint,
+            "versions": package_versions(),
+        },
+    }
+
+
+def is_stream_record(path: Path) -> bool:
+    """Tell whether a record is one of a trial of a stream.
+
+    Args:
+        path: The file.
+
+    Returns:
+        True by the format that it states.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    return states_format(path, FORMAT)
+
+
+def read_stream_record(path: Path) -> dict[str, Any]:
+    """Read the record of a trial of a stream.
+
+    Args:
+        path: The file.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: The file cannot be read, or is no such record.
+        StaleError: It has another version of the format.
+    """
+    return read_record_of(path, FORMAT, VERSION, KEYS, "a stream")
+
+
+def read_played_stream(path: Path, record: dict[str, Any], load: Callable[[str], Cell]) -> ItemStream:
+    """Read the stream that a trial played.
+
+    Args:
+        path: File of the stream.
+        record: Record of the trial.
+        load: Opens the cell that the stream names.
+
+    Returns:
+        The stream.
+
+    Raises:
+        InputError: The file cannot be read, or has mistakes.
+        StaleError: It is another file than the one of the record, or its cell has changed.
+    """
+    stream = read_stream(path, load=load)
+    if hashlib.sha256(path.read_bytes()).hexdigest() != record["made_from"].get("stream_sha256"):
+        raise StaleError(f"{path}: is not the stream that the record was made from; play the trial again")
+    return stream

@@ -1,0 +1,147 @@
+"""Trials of streams: every item is decided, with a reason, and the same trial gives the same record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pickcli.errors import NoPlanError, Reason
+from pickcli.motion.plan import Plan
+from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.intercept import plan_intercept
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.random_scenes.make_stream import StreamRequest, make_stream
+from pickcli.scene.item_stream import ItemStream
+from pickcli.simulation.execute import execute
+from pickcli.simulation.execution import Execution
+from pickcli.simulation.world import World
+from pickcli.stream_trials.belt_camera import BeltCamera
+from pickcli.stream_trials.stream_result import ItemOutcome, StreamTrialResult
+from pickcli.stream_trials.stream_trial import MOST_ATTEMPTS, StreamTrialRequest, play_stream
+from support.belt_picks import cell, context
+
+
+def of(n: int, speed: float, gap: tuple[float, float], seed: int = 3) -> ItemStream:
+    return make_stream(cell(), StreamRequest(n, speed, gap), seed)
+
+
+@pytest.fixture(scope="module")
+def result() -> StreamTrialResult:
+    """Two items that come far apart, so that the arm has time for both."""
+    return play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2))), [context()]).result
+
+
+def test_items_that_come_far_apart_are_delivered(result: StreamTrialResult) -> None:
+    assert result.is_clean and result.n_stops == 0
+    assert [each.outcome for each in result.items] == [ItemOutcome.DELIVERED] * 2
+    assert result.n_attempted == 2
+
+
+def test_items_are_met_by_the_tracks_of_a_camera() -> None:
+    seen = play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2)), camera=BeltCamera()), [context()]).result
+    assert seen.is_clean and [each.outcome for each in seen.items] == [ItemOutcome.DELIVERED] * 2
+    assert all(each.met is not None and each.met.offset < 0.008 for each in seen.items)
+
+
+def test_the_cup_meets_its_place_at_the_speed_of_the_belt(result: StreamTrialResult) -> None:
+    for each in result.items:
+        assert each.met is not None
+        assert each.met.slip < 0.005 and each.met.offset < 0.008 and abs(each.met.late) < 0.05
+
+
+def test_the_record_has_what_the_result_says(result: StreamTrialResult) -> None:
+    record = result.record()
+    assert (record["presented"], record["attempted"], record["delivered"]) == (2, 2, 2)
+    assert (record["collisions"], record["limit_violations"]) == (0, 0)
+    assert record["offset_m"]["worst"] == max(each.met.offset for each in result.items if each.met)
+
+
+def test_the_same_trial_gives_the_same_record(result: StreamTrialResult) -> None:
+    again = play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2))), [context()]).result
+    assert _timeless(again.record()) == _timeless(result.record())
+
+
+def _timeless(record: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in record.items() if key != "statistics"}
+
+
+def test_what_comes_too_fast_is_not_attempted_and_says_why() -> None:
+    items = of(3, 0.5, (0.03, 0.05))
+    result = play_stream(StreamTrialRequest(items), [context()]).result
+    left = [each for each in result.items if each.outcome is ItemOutcome.NOT_ATTEMPTED]
+    assert left and all(each.reason and each.attempts == 0 and each.met is None for each in left)
+    assert sum(map(result.count, ItemOutcome)) == 3
+
+
+def test_the_stated_error_of_the_speed_holds_the_true_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    believed = []
+
+    def remember(context: PlanningContext, stream: ItemStream, *rest: Any) -> Plan:
+        believed.append(stream)
+        raise NoPlanError("pick", [Reason("no", "", "")])
+
+    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", remember)
+    play_stream(StreamTrialRequest(of(2, 0.33, (0.3, 0.4))), [context()])
+    assert len(believed) > 5
+    assert all(each.speed - each.speed_error <= 0.33 <= each.speed for each in believed)
+
+
+def test_an_item_that_cannot_be_held_is_given_up_on_a_belt_that_stands(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The cup never holds it: without a last attempt the trial would not end."""
+    monkeypatch.setattr(World, "held", property(lambda world: None))
+    monkeypatch.setattr("pickcli.simulation.suction.Suction._attach", lambda *args: None)
+    result = play_stream(StreamTrialRequest(of(1, 0.0, (0.2, 0.3))), [context()]).result
+    (each,) = result.items
+    assert each.outcome is ItemOutcome.LOST and 1 <= each.attempts <= MOST_ATTEMPTS and each.reason
+
+
+def test_an_item_that_was_knocked_off_the_belt_is_decided(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = of(2, 0.33, (0.2, 0.3))
+    bystander = stream.items[1].id
+
+    def push(plan: Plan, world: World, **rest: Any) -> Execution:
+        world.engine.set_velocity(bystander, np.array([0.0, 2.0, 1.5]))
+        return execute(plan, world, **rest)
+
+    monkeypatch.setattr("pickcli.stream_trials.stream_trial.execute", push)
+    result = play_stream(StreamTrialRequest(stream), [context()]).result
+    assert result.items[1].outcome is ItemOutcome.LOST and "knocked off" in result.items[1].reason
+
+
+def test_an_item_that_leaves_sooner_than_any_pick_takes_costs_no_query(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: dict[str, list[float]] = {}
+
+    def remember(context: PlanningContext, stream: ItemStream, query: InterceptQuery, *rest: Any) -> Plan:
+        left = (stream.belt.window[1] - stream.travel_at(stream.find(query.item), query.now)) / stream.speed
+        asked.setdefault(query.item, []).append(left)
+        return plan_intercept(context, stream, query, *rest)
+
+    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", remember)
+    result = play_stream(StreamTrialRequest(of(4, 0.33, (0.25, 0.3))), [context()]).result
+    first, *others = result.items
+    assert first.outcome is ItemOutcome.DELIVERED and len(asked[first.item]) == 1
+    assert all(left > 2.0 for name, every in asked.items() for left in every if name != first.item)
+    assert any(each.reason.startswith("too late: it leaves the window in") for each in others)
+
+
+def test_from_a_belt_that_stands_all_items_are_taken() -> None:
+    result = play_stream(StreamTrialRequest(of(2, 0.0, (0.2, 0.3))), [context()]).result
+    assert result.count(ItemOutcome.DELIVERED) == 2 and result.is_clean
+
+
+@pytest.mark.parametrize("camera", [None, BeltCamera()])
+def test_what_is_not_on_a_belt_that_stands_is_decided(camera: BeltCamera | None) -> None:
+    items = of(1, 0.0, (0.1, 0.2))
+    (riding,) = items.items
+    T = riding.T_belt_item.copy()
+    T[0, 3] = -0.3
+    before = replace(items, items=(replace(riding, T_belt_item=T),))
+    (told,) = play_stream(StreamTrialRequest(before, camera=camera), [context()]).result.items
+    assert (told.outcome, told.reason) == (ItemOutcome.NOT_ATTEMPTED, "it is not on the belt, which stands")
