@@ -119,7 +119,8 @@ def test_drawn_people_come_once_through_the_booth_and_keep_away_from_boxes(
     for each in came:
         ends = np.array(each.route)
         assert (area.wall_distance(ends) < -0.5).all()
-        assert min(box.distance(np.linspace(ends[0], ends[1], 100)).min() for box in area.boxes) > BESIDE - 0.02
+        way = np.linspace(ends[0], ends[1], 100)
+        assert min(box.distance(way).min() for box in area.boxes) > BESIDE - 0.02
 
 
 def test_options_that_do_not_fit_are_refused(tmp_path: Path) -> None:
