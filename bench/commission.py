@@ -1,6 +1,7 @@
 """Commissions of apple_booth, played to their end: how often the whole chain succeeds, and how fast.
 
-    python -m bench.commission [--runs 10] [--seed 0] [--task apple_commission] [--keep FOLDER]
+    python -m bench.commission [--runs 10] [--seed 0] [--task apple_commission] [--cell apple_booth]
+        [--keep FOLDER]
 
 Every run has another seed: of the errors of localisation and drives, of where the pallet truly stands within
 its tolerance, of pictures, perceived poses and the deviations of the simulated world. A run succeeds if every
@@ -29,7 +30,6 @@ from pickcli.commission.commission_trial import CommissionRequest, play_commissi
 from pickcli.files.atomic_write import write_text
 from pickcli.planning.planning_context import PlanningContext
 
-CELL = "apple_booth"
 Record = Mapping[str, Any]
 
 
@@ -85,10 +85,11 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0, help="of the first run")
     parser.add_argument("--task", default="apple_commission", help="a name under data/tasks")
+    parser.add_argument("--cell", default="apple_booth", help="a name under data/cells")
     parser.add_argument("--keep", type=Path, help="folder in which records of finished runs are kept")
     given = parser.parse_args()
     commission = read_commission(data_path() / "tasks" / f"{given.task}.json")
-    station = CommissionStation.of(load_workcell(CELL).preferred, commission)
+    station = CommissionStation.of(load_workcell(given.cell).preferred, commission)
     context, records = PlanningContext(station.cell), {}
     for seed in range(given.seed, given.seed + given.runs):
         kept = None if given.keep is None else given.keep / f"{given.task}-{seed}.json"

@@ -272,6 +272,19 @@ def cross(a: Array, b: Array) -> Array:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
+def skew(v: Array) -> Array:
+    """Return the matrix by which a cross product is a product.
+
+    Args:
+        v: (3,).
+
+    Returns:
+        (3, 3) matrix S with S w = v x w.
+    """
+    x, y, z = v
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def transform_points(T: Array, points: Array) -> Array:
     """Map points by a pose.
 

@@ -103,3 +103,23 @@ def test_first_lines_say_more_than_a_word_or_two(name: str) -> None:
     assert definitions
     first_lines = [(node.name, (ast.get_docstring(node) or "").partition("\n")[0]) for node in definitions]
     assert [(of, line) for of, line in first_lines if len(line.split()) < LEAST_WORDS] == []
+
+
+UNIT_FIRST = re.compile(
+    r"(M|S|Rad|Kg|Pa|M/s|Nm) (and|at|below|between|by|for|from|of the|of all|over|that|until|which)\b"
+)  # M is mega, S is siemens
+PLAIN_POWER = re.compile(r"\b(?<!\()(m|rad|deg)/s[23]\b")  # "(m/s2)2" is a power itself
+
+
+def test_units_keep_their_letters_and_powers() -> None:
+    """A summary says "Length (m) by which", and accelerations are in m/s^2."""
+    kinds = (ast.FunctionDef, ast.ClassDef, ast.Module)
+    docstrings = [
+        (f"{path.name}: {getattr(node, 'name', '')}", docstring)
+        for path in sorted(PACKAGE.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, kinds) and (docstring := ast.get_docstring(node))
+    ]
+    assert len(docstrings) > 1000
+    wrong = [where for where, text in docstrings if UNIT_FIRST.match(text) or PLAIN_POWER.search(text)]
+    assert wrong == []

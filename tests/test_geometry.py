@@ -19,6 +19,7 @@ from pickcli.geometry import (
     rotation_axis_angle,
     rotation_rpy,
     rotation_vector,
+    skew,
     to_quaternion,
     to_rpy,
     transform_points,
@@ -105,6 +106,12 @@ def test_perpendiculars_complete_a_direction_to_a_right_handed_frame(R: Array) -
 @given(vectors, vectors)
 def test_the_cross_product_is_that_of_numpy(a: tuple[float, ...], b: tuple[float, ...]) -> None:
     np.testing.assert_array_equal(cross(np.array(a), np.array(b)), np.cross(a, b))
+
+
+@given(st.integers(0, 2**31))
+def test_the_matrix_of_a_vector_multiplies_by_its_cross_product(seed: int) -> None:
+    a, b = np.random.default_rng(seed).normal(size=(2, 3))
+    assert_allclose(skew(a) @ b, np.cross(a, b), atol=1e-12)
 
 
 @given(st.lists(st.floats(-1e150, 1e150), min_size=1, max_size=9))

@@ -19,7 +19,7 @@ class Conveyor:
         width: m.
         nominal_speed: m/s at which it usually runs.
         max_speed: m/s that it never exceeds.
-        max_acceleration: m/s2 at which its speed changes at most, either way.
+        max_acceleration: m/s^2 at which its speed changes at most, either way.
         window: m from the infeed, between which items may be picked.
         encoder_resolution: m of travel per count of the encoder.
         encoder_latency: s by which a reading of the encoder is old.

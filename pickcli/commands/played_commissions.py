@@ -73,7 +73,9 @@ def play_commission_files(
         InputError: A file cannot be read or written, two have one name, or the cell cannot do what they say.
     """
     from pickcli.commission.commission_job import CommissionJob
+    from pickcli.commission.commission_station import HAND
     from pickcli.commission.commission_trials import commission_summary
+    from pickcli.hand.hand_file import hand_file
     from pickcli.jobs.job import sources_digest
     from pickcli.page.commission_trials_page import commission_trials_page
 
@@ -94,7 +96,7 @@ def play_commission_files(
     ]  # fmt: skip
     watches = [people.booth_watch(each.station) for each in played.values()]  # all alike, once each is right
     conditions = replace(conditions, watched=watches[0])
-    reads = [*files.values(), *stored, *cell_files(commission_cell(options), None)]
+    reads = [*files.values(), *stored, *cell_files(commission_cell(options), None), hand_file(HAND)]
     job = CommissionJob(played, conditions, content_digest(reads), sources_digest())
     made_from = _made_from(job, seeds, people)
     report = played_trials(

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from pickcli.cell.cell import Cell
 from pickcli.commission.commission import LOAD, PALLET
 from pickcli.commission.commission_result import ActionError
 from pickcli.commission.commission_station import CommissionStation, planar
@@ -26,8 +27,9 @@ from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_seed
+from pickcli.simulation.engine import Engine
 from pickcli.simulation.execute import execute
 from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import Reality
@@ -65,6 +67,49 @@ class CommissionTransfer:
         return {**told, "segments": [{"kind": kind, "s": seconds} for kind, seconds in self.segments]}
 
 
+class LoadWorld(Protocol):
+    """A world around an arm at a load.
+
+    Attributes:
+        scene: The scene.
+        engine: The engine.
+    """
+
+    scene: Scene
+    engine: Engine
+
+    @property
+    def cell(self) -> Cell:
+        """The cell as the arm sees it."""
+
+    @property
+    def t(self) -> float:
+        """S since the world was put up."""
+
+    def wait(self, duration: float) -> None:
+        """Let time pass while the arm rests.
+
+        Args:
+            duration: s.
+        """
+
+    def now(self) -> Scene:
+        """Return the scene as it is."""
+
+    def placed(self, item_id: str) -> PlacedItem:
+        """Return an item as it is.
+
+        Args:
+            item_id: Its id.
+
+        Returns:
+            The item where it is now.
+        """
+
+    def close(self) -> None:
+        """Free the engines of the world."""
+
+
 class CommissionArm:
     """The arm and the world around it.
 
@@ -96,7 +141,7 @@ class CommissionArm:
         self.noise, self.reality, self.seed = noise, reality, seed
         home = station.cell.home
         self._home = self._at = Start(home.q, home.tool_state)
-        self._world: World | None = None
+        self._world: LoadWorld | None = None
         self._seen: Scene | None = None
         self._placements = {each.carton.id: each for each in station.placements}
         self._n_looks = 0
@@ -136,9 +181,14 @@ class CommissionArm:
         if why := self.station.off_bounds(scene):
             raise ActionError(why)
         self.before = scene
+        self._world = self._world_of(scene)
+
+    def _world_of(self, scene: Scene) -> LoadWorld:
+        """Put the world of a true scene up, with the arm at home."""
         home = self._home
-        self._world = World(scene, home.q, home.tool_state, reality=self.reality, seed=self.seed)
-        self._world.observer = self.recorder.look
+        world = World(scene, home.q, home.tool_state, reality=self.reality, seed=self.seed)
+        world.observer = self.recorder.look
+        return world
 
     def close(self) -> None:
         """Free the world."""
@@ -277,19 +327,24 @@ class CommissionArm:
         turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
         return SetDownDeviation(float(np.hypot(off[0], off[1])), float(off[2]), turn)
 
-    def _there(self) -> World:
+    def _there(self) -> LoadWorld:
         if self._world is None:
             raise ActionError("the truck did not stand at the load yet")
         return self._world
+
+    def _looked(self) -> Scene:
+        """What was seen last. Raises ActionError."""
+        if self._seen is None:
+            raise ActionError("nothing was looked at")
+        return self._seen
 
     def _has(self, name: str) -> bool:
         return any(placed.id == name for placed in self._there().scene.items)
 
     def _moved(self, planned: Callable[[Scene, Certify], Plan]) -> tuple[Plan, str]:
         """Plan and execute a certified motion; returns the plan, and what went wrong. Raises ActionError."""
-        world, seen = self._there(), self._seen
-        if seen is None:
-            raise ActionError("nothing was looked at")
+        world, seen = self._there(), self._looked()
+        assert isinstance(world, World)
         world.wait(QUERY_CHARGE)
         try:
             plan = planned(seen, Certifier(verify).within(seen))

@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement, displaced
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.commission.commission import LOAD, PALLET, Commission, LoadItem
 from pickcli.driving.driving_area import DrivingArea, FloorBox
 from pickcli.driving.free_space_proof import clearances
@@ -22,6 +24,8 @@ from pickcli.driving.truck_camera import floor_pose
 from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.grasping.method_choice import grasp_method
+from pickcli.hand.belt_hand import BeltHand
+from pickcli.hand.hand_file import hand_file, read_hand
 from pickcli.palletizing.arm_sequence import seen_from as sequence_from
 from pickcli.palletizing.pallet_order import Carton, Pallet, PalletOrder
 from pickcli.palletizing.pallet_stack import Placement
@@ -30,6 +34,7 @@ from pickcli.planning.pick_problem import StatedPlace
 from pickcli.scene.scene import CarrierPose, PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng
 
+HAND = "apple"  # under data/hands, on the bare flange of a cell
 SAME_PLACE = 0.005  # m, by which the pallet of the cell may be off where forks take it
 CARRIER_ERROR = Displacement(0.003, 0.003, float(np.deg2rad(0.3)))  # of load and pallet as the arm sees them
 
@@ -48,6 +53,7 @@ class CommissionStation:
     commission: Commission
     cell: Cell
     placements: tuple[Placement, ...]
+    hand: BeltHand | None = None
 
     @classmethod
     def of(cls, cell: Cell, commission: Commission) -> CommissionStation:
@@ -67,10 +73,13 @@ class CommissionStation:
         """
         _refuse_without_places(cell)
         _refuse_other_pallet(cell, commission)
-        if faults := [fault for each in commission.items for fault in _faults(cell, each)]:
+        hand = read_hand(hand_file(HAND)) if cell.robot.tool.is_bare else None
+        if faults := [fault for each in commission.items for fault in _faults(cell, hand, each)]:
             raise InputError(f"{cell.name} cannot take {'; '.join(faults)}; change the commission")
         known = {(each.item.name, each.item.year): each.item for each in commission.items}
-        station = cls(commission, replace(cell, items=cell.items | known), _placements(commission))
+        cell = replace(cell, items=cell.items | known)
+        placements = _placements(commission) if hand is None else _equal_places(commission)
+        station = cls(commission, cell, placements, hand)
         station._refuse_without_room()
         return station
 
@@ -305,13 +314,18 @@ def _refuse_other_pallet(cell: Cell, commission: Commission) -> None:
         )
 
 
-def _faults(cell: Cell, each: LoadItem) -> Iterator[str]:
+def _faults(cell: Cell, hand: BeltHand | None, each: LoadItem) -> Iterator[str]:
     """Yield why the arm cannot take an item."""
     tool, extents = cell.robot.tool, each.item.shape.extents
     half = cell.places[LOAD].room.size[:2] / 2
     across = float(np.hypot(*extents[:2]) if len(each.item.shape.size) == 3 else extents[0]) / 2
     if (np.abs(each.at[:2]) + across > half).any():
         yield f"{each.id}, which stands over the edge of the load, {2 * half[0]:g} x {2 * half[1]:g} m"
+    if hand is not None:
+        if each.item.name not in hand.objects:
+            known = ", ".join(hand.objects)
+            yield f"{each.id}, for which the hand {hand.name} has no currents (it has them for {known})"
+        return
     if not grasp_method(tool).may_hold(each.item):
         size = " x ".join(f"{side:g}" for side in extents)
         yield f"{each.id}, {size} m, which the {tool.grip.holder} cannot hold"
@@ -332,6 +346,30 @@ def _placements(commission: Commission) -> tuple[Placement, ...]:
             f"{', '.join(left)} with {commission.apart:g} m between items; fill more of it"
         )
     return sequence_from(stack, "+x").placements
+
+
+def _equal_places(commission: Commission) -> tuple[Placement, ...]:
+    """Where a hand that grasps from the side puts items: places of one size, the farthest from the arm first.
+
+    They are filled by the items as the hand reaches them, those in front on the load first. Raises
+    InputError.
+    """
+    widest = np.max([each.item.shape.extents[:2].max() for each in commission.items])
+    alike = [replace(each, item=_of_width(each.item, float(widest))) for each in commission.items]
+    places = _placements(replace(commission, items=tuple(alike)))
+    reached = sorted(commission.items, key=lambda each: float(each.at[1]))
+    return tuple(_taken_by(place, _carton(each)) for place, each in zip(places, reached, strict=True))
+
+
+def _taken_by(place: Placement, carton: Carton) -> Placement:
+    """Return the placement of another carton at the middle of a place on the deck."""
+    low = np.array([*place.centre[:2], 0.0]) - np.array([*carton.size[:2], 0.0]) / 2
+    return replace(place, carton=carton, low=low, is_turned=False)
+
+
+def _of_width(item: Item, width: float) -> Item:
+    """Return an item as high as another, in a square of a width."""
+    return replace(item, shape=Shape(ShapeKind.BOX, (width, width, float(item.shape.extents[2]))))
 
 
 def _carton(each: LoadItem) -> Carton:

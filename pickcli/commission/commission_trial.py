@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pickcli.commission.belts_arm import BeltsArm
 from pickcli.commission.commission_arm import CommissionArm
 from pickcli.commission.commission_result import (
     ActionError,
@@ -158,7 +159,8 @@ class _CommissionTrial:
         self._request = request
         oversee = None if request.watched is None else self._oversee
         self.truck = CommissionTruck(station, request.drive_noise, request.seed, oversee)
-        self.arm = CommissionArm(station, context, request.noise, request.reality, request.seed)
+        of_cell = CommissionArm if station.hand is None else BeltsArm
+        self.arm = of_cell(station, context, request.noise, request.reality, request.seed)
         self.tried = {each.carton.id: _Tried() for each in station.placements}
         self.chosen = self.aborted = ""
         self.at_load = False

@@ -102,7 +102,7 @@ class _View:
 
     @cached_property
     def errors(self) -> tuple[float, float]:
-        """M and rad between the end of the drive and the goal."""
+        """Distance (m) and angle (rad) between the end of the drive and the goal."""
         end, goal = self.poses(np.array([self._length]))[0], self._area.goal
         return float(np.hypot(*(end[:2] - goal[:2]))), abs(float(_turn(end[2], goal[2])))
 
@@ -148,7 +148,7 @@ class _View:
 
     @cached_property
     def nearest(self) -> tuple[float, float, str]:
-        """M that the truck is from anything at least, the travel there, and what it is."""
+        """Distance (m) that the truck is from anything at least, the travel there, and what it is."""
         margin, reach = self._area.margin, self._reach
         low = np.linspace(0.0, self._length, max(2, int(np.ceil(self._length / STEP)) + 1))
         low, high = low[:-1], low[1:]
@@ -171,7 +171,7 @@ class _View:
 
     @property
     def _reach(self) -> float:
-        """M that a corner of the truck moves per m of travel, at most."""
+        """Length (m) that a corner of the truck moves per m of travel, at most."""
         truck = self._truck
         a, b = max(truck.front, truck.back) / truck.wheel_base, truck.width / 2 / truck.wheel_base
         return float(np.hypot(1.0 + b, a))
@@ -288,7 +288,7 @@ class _View:
 
 
 def _turn(angle: Array | float, other: Array | float) -> Array:
-    """Rad from one direction to another, in (-pi, pi]."""
+    """Angle (rad) from one direction to another, in (-pi, pi]."""
     return np.asarray(np.angle(np.exp(1j * (np.asarray(angle) - np.asarray(other)))))
 
 

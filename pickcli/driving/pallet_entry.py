@@ -191,7 +191,7 @@ def pallet_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
 
 
 def _pocket_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
-    """M of forks from the sides of the pockets, negative if one meets a side; infinite outside of them."""
+    """Distance (m) of forks from the sides of their pockets, negative if one meets a side, or infinite."""
     forks, back = area.forks, area.truck.back
     edges = forks.aside + np.array([-0.5, 0.5]) * forks.width
     along = np.linspace(-back, forks.length - back, N_ALONG)

@@ -269,7 +269,7 @@ class _Entry:
 
     @property
     def _straight_at(self) -> float:
-        """M of travel at which the straight part begins."""
+        """Travel (m) at which the straight part begins."""
         return self.plan.path.length - abs(self.plan.area.straight)
 
     def _off(self, truck: NoisyTruck) -> Array:

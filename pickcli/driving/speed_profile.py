@@ -34,7 +34,7 @@ class SpeedProfile:
 
     @property
     def duration(self) -> float:
-        """S from start to end."""
+        """Time (s) from start to end."""
         return float(self.times[-1])
 
     def travel_at(self, times: Array) -> Array:
@@ -66,17 +66,6 @@ class SpeedProfile:
         speed = self.speeds[k] + np.sqrt(np.maximum(square, 0.0))
         part: Array = np.divide(since, speed, out=np.zeros_like(since), where=speed > 0.0)
         return self.times[k] + 2 * part
-
-    def speeds_at(self, times: Array) -> Array:
-        """Return speeds at times.
-
-        Args:
-            times: (M,) s.
-
-        Returns:
-            (M,) m/s.
-        """
-        return np.interp(times, self.times, self.speeds)
 
 
 def speed_profile(path: SteeringPath) -> SpeedProfile:

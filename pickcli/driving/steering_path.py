@@ -35,7 +35,7 @@ class SteeringPath:
 
     @property
     def length(self) -> float:
-        """M of travel of the steered wheel."""
+        """Travel (m) of the steered wheel."""
         return float(self.knots[-1])
 
     @cached_property

@@ -55,7 +55,7 @@ class Tricycle:
 
     @property
     def inner_radius(self) -> float:
-        """M: the largest disc around the middle of the axle that the truck covers."""
+        """Radius (m) of the largest disc around the middle of the axle that the truck covers."""
         return min(self.front, self.back, self.width / 2)
 
     @cached_property

@@ -19,7 +19,6 @@ from pickcli.kernel import (
     PoseConstraintKind,
     ReferenceKind,
     SurfaceKind,
-    pose_constraint_gradients,
     pose_constraint_values,
 )
 
@@ -118,18 +117,6 @@ class Envelope:
             (N, m) m or differences of cosines; a pose is in the envelope if none is over 0.
         """
         return np.asarray(pose_constraint_values(self.constraints, T_object_tip @ self.T_tip_palm))
-
-    def gradients(self, T_object_tip: Array) -> Array:
-        """Differentiate the terms at a pose.
-
-        Args:
-            T_object_tip: (4, 4) pose of the tool's tip in the object frame.
-
-        Returns:
-            (m, 6) derivatives by the palm's velocity in m and its angular velocity in rad, along the axes of
-            the object frame.
-        """
-        return np.asarray(pose_constraint_gradients(self.constraints, T_object_tip @ self.T_tip_palm))
 
     def contains(self, T_object_tip: Array, tolerance: float = 1e-9) -> NDArray[np.bool_]:
         """Whether poses are in the envelope.

@@ -78,34 +78,6 @@ def finger_envelopes(shape: Shape, fingers: FingerReach) -> tuple[Envelope, ...]
     return tuple(each for each in found if not each.why_empty())
 
 
-def cluster_envelope(
-    closest: Array, towards: Array, low: float, high: float, fingers: FingerReach
-) -> Envelope:
-    """Return the envelope of a grasp at a cluster of objects of which none is singled out (Fig. 3c).
-
-    The palm is before the closest point, taken once at the start: it must not be evaluated anew as the palm
-    moves.
-
-    Args:
-        closest: (3,) m, point of the cluster closest to the palm.
-        towards: (3,) horizontal, from the palm to that point.
-        low: m, least height of the palm.
-        high: m, greatest height of the palm.
-        fingers: The fingers.
-
-    Returns:
-        The envelope, in the frame of the points, whose z axis is vertical; the tool closes horizontally.
-    """
-    outward = -towards / np.linalg.norm(towards)
-    T = pose((*closest[:2], 0.0), R=np.column_stack([np.cross(Z, outward), Z, outward]))
-    half = fingers.widest / 2
-    return Envelope(
-        "cluster", SurfaceKind.PLANE, T,
-        np.array([-half, low, fingers.gap]), np.array([half, high, fingers.depth]),
-        fingers.cone, Alignment(X, Z, fingers.cone), fingers.depth,
-    )  # fmt: skip
-
-
 def _sides(shape: Shape, fingers: FingerReach) -> Iterator[Envelope]:
     """Yield the side of a cylinder, the tool's x axis along the cylinder's or against it."""
     radius, length = shape.size

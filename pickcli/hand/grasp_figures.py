@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.hand.grasp_execution import StageName
 from pickcli.hand.grasp_trial import GraspEnd, GraspTrial
+from pickcli.hand.staged_execution import StageName
 
 
 def grasp_figures(trials: Sequence[GraspTrial]) -> dict[str, Any]:

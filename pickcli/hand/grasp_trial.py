@@ -5,16 +5,42 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Protocol
 
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import BeltHand, GraspObject
-from pickcli.hand.grasp_execution import GraspExecution, GraspStage, StageName
+from pickcli.hand.grasp_execution import GraspExecution
 from pickcli.hand.grasp_world import GraspWorld, Standing, WorldDeviation
 from pickcli.hand.hand_urdf import HINGES
+from pickcli.hand.staged_execution import GraspStage, HandWorld, StageName
 
 LOOK_STEPS = 10  # steps between looks at objects in the hand
 LIFTED = 0.5  # share of the lift by which an object must have risen
 ENVELOPED = 0.8  # share of an object's width, that the gap between the tips is at most
+
+
+class ObservedWorld(HandWorld, Protocol):
+    """A world with a hand, of which is seen what the controller does not know."""
+
+    def contacts(self, name: str) -> dict[str, list[Array]]:
+        """Return where an object is touched, (3,) m in the frame of the hand.
+
+        Args:
+            name: Its name.
+
+        Returns:
+            Points by link of the hand or name of another body.
+        """
+
+    def middle_in_hand(self, name: str) -> Array:
+        """Return where an object's centre of mass is, (3,) m in the frame of the hand.
+
+        Args:
+            name: Its name.
+
+        Returns:
+            (3,) m.
+        """
 
 
 class GraspEnd(StrEnum):
@@ -92,36 +118,47 @@ def play_grasp(hand: BeltHand, kind: GraspObject, pre_grasp: PreGrasp) -> GraspT
         What it came to.
     """
     world = GraspWorld(hand, kind, pre_grasp.stand, pre_grasp.start, pre_grasp.deviation)
-    watch = _Watch()
+    watch = GraspWatch(world)
     execution = GraspExecution(world, kind, watch)
     before = {name: float(world.pose(name)[2, 3]) for name in world.names}
     execution.run(pre_grasp.goal, pre_grasp.seconds)
     rise = LIFTED * hand.control.lift
     held = tuple(name for name in world.names if float(world.pose(name)[2, 3]) - before[name] > rise)
-    is_enveloping = len(held) == 1 and _is_enveloped(world, kind, held[0])
-    end = GraspEnd.STOPPED if execution.is_stopped else _judged(held, watch)
+    is_enveloping = len(held) == 1 and is_enveloped(world, kind, held[0])
+    end = GraspEnd.STOPPED if execution.is_stopped else judged(held, watch)
     return GraspTrial(pre_grasp, end, is_enveloping, tuple(execution.stages), held, watch.most_force)
 
 
-class _Watch:
-    """What is seen of objects in the hand while it grasps, every 20 ms."""
+class GraspWatch:
+    """What is seen of objects in the hand while it grasps, every 20 ms.
 
-    def __init__(self) -> None:
+    Attributes:
+        most_force: N, largest force of an object on a pad.
+        was_between: Whether both fingers touched one object.
+        was_on_hinge: Whether such an object lay on a hinge when that was looked at last.
+
+    Args:
+        world: The world.
+    """
+
+    def __init__(self, world: ObservedWorld) -> None:
+        self._world = world
         self.most_force = 0.0
         self.was_between = self.was_on_hinge = False
         self._n_steps = 0
 
-    def __call__(self, world: GraspWorld) -> None:
+    def __call__(self) -> None:
+        """Look, after a step."""
         self._n_steps += 1
         if self._n_steps % LOOK_STEPS:
             return
-        hand = world.hand
+        hand = self._world.hand
         pressed = [(link, name, force) for link in hand.drives for name, force in hand.pressing(link).items()]
         self.most_force = max([self.most_force, *(force for _, _, force in pressed)])
         if hand.wrist.is_level_soft:
-            self._look_between(world, pressed)
+            self._look_between(pressed)
 
-    def _look_between(self, world: GraspWorld, pressed: list[tuple[str, str, float]]) -> None:
+    def _look_between(self, pressed: list[tuple[str, str, float]]) -> None:
         """Note which objects both fingers touch, and whether one of these lies on a hinge."""
         sides: dict[str, set[str]] = {}
         for link, name, _ in pressed:
@@ -129,10 +166,19 @@ class _Watch:
         between = [name for name, of in sides.items() if len(of) == 2]
         self.was_between |= bool(between)
         if between:
-            self.was_on_hinge = any(set(HINGES) & world.contacts(name).keys() for name in between)
+            self.was_on_hinge = any(set(HINGES) & self._world.contacts(name).keys() for name in between)
 
 
-def _judged(held: tuple[str, ...], watch: _Watch) -> GraspEnd:
+def judged(held: tuple[str, ...], watch: GraspWatch) -> GraspEnd:
+    """Tell what a grasp came to that was not stopped.
+
+    Args:
+        held: Names of the objects that were lifted.
+        watch: What was seen.
+
+    Returns:
+        The end.
+    """
     if held:
         return GraspEnd.LIFTED if len(held) == 1 else GraspEnd.TWO_OBJECTS
     if not watch.was_between:
@@ -140,8 +186,17 @@ def _judged(held: tuple[str, ...], watch: _Watch) -> GraspEnd:
     return GraspEnd.HINGE if watch.was_on_hinge else GraspEnd.DROPPED
 
 
-def _is_enveloped(world: GraspWorld, kind: GraspObject, name: str) -> bool:
-    """Whether both fingers touch an object, and their tips before it leave no gap through which it fits."""
+def is_enveloped(world: ObservedWorld, kind: GraspObject, name: str) -> bool:
+    """Tell whether both fingers touch an object, and their tips before it leave no gap through which it fits.
+
+    Args:
+        world: The world.
+        kind: The object.
+        name: Its name in the world.
+
+    Returns:
+        Whether they lie around it.
+    """
     tips, middle = world.hand.tips, world.middle_in_hand(name)[0]
     touching = {link.split("_")[0] for link in world.contacts(name)}
     gap = -float(tips[:, 1].sum())

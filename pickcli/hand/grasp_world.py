@@ -11,8 +11,9 @@ import numpy as np
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.geometry import Array, pose, rotation_rpy
 from pickcli.hand.belt_hand import BeltHand, GraspObject
+from pickcli.hand.free_wrist import HAND, FreeWrist
 from pickcli.hand.hand_urdf import FINGER_JOINTS, HINGES, PALM
-from pickcli.hand.simulated_hand import HAND, SimulatedHand
+from pickcli.hand.simulated_hand import SimulatedHand
 from pickcli.simulation.engine import Engine
 
 TIME_STEP = 2e-3  # s
@@ -53,6 +54,7 @@ class GraspWorld:
     """A simulated world, which advances by steps of ``TIME_STEP``.
 
     Attributes:
+        engine: The engine.
         hand: The hand.
         names: Names of the objects.
         time: s since the start.
@@ -73,25 +75,26 @@ class GraspWorld:
         wrist: Array,
         deviation: WorldDeviation = WorldDeviation(),
     ) -> None:
-        self._engine = Engine(TIME_STEP)
+        self.engine = Engine(TIME_STEP)
         table = Body(TABLE, Shape(ShapeKind.BOX, TABLE_SIZE), pose((0.0, 0.0, -TABLE_SIZE[2] / 2)))
-        self._engine.add_static(table, np.eye(4), GREY)
+        self.engine.add_static(table, np.eye(4), GREY)
         mass = kind.mass * deviation.mass
         self._centre, inertia, parts = _as_solid(kind, mass)
         self.names = tuple(f"{kind.name} {k + 1}" for k in range(len(stand)))
         for name, at in zip(self.names, stand, strict=True):
             T = pose((at.x, at.y, self._centre), R=rotation_rpy(0.0, 0.0, at.yaw))
-            self._engine.add_solids(name, parts, mass, inertia, T, RED)
-        self.hand = SimulatedHand(self._engine, hand, wrist, hand.belts.friction * deviation.friction)
+            self.engine.add_solids(name, parts, mass, inertia, T, RED)
+        carrier = FreeWrist(self.engine, hand, wrist)
+        self.hand = SimulatedHand(self.engine, hand, carrier, hand.belts.friction * deviation.friction)
         for a, b in combinations((PALM, *FINGER_JOINTS, *HINGES), 2):
             if not {a, b} <= {"left_distal", "right_distal"}:
-                self._engine.set_collision(HAND, a, HAND, b, False)
+                self.engine.set_collision(HAND, a, HAND, b, False)
         self.time = 0.0
 
     def step(self) -> None:
         """Advance by a step."""
         self.hand.exert()
-        self._engine.step()
+        self.engine.step()
         self.time += TIME_STEP
 
     def pose(self, name: str) -> Array:
@@ -103,7 +106,7 @@ class GraspWorld:
         Returns:
             (4, 4) of the middle of its bottom.
         """
-        return self._engine.pose(name) @ pose((0.0, 0.0, -self._centre))
+        return self.engine.pose(name) @ pose((0.0, 0.0, -self._centre))
 
     def middle_in_hand(self, name: str) -> Array:
         """Return where an object's centre of mass is.
@@ -114,8 +117,8 @@ class GraspWorld:
         Returns:
             (3,) m in the frame of the hand.
         """
-        palm = self._engine.pose(HAND, PALM)
-        return np.asarray(palm[:3, :3].T @ (self._engine.pose(name)[:3, 3] - palm[:3, 3]))
+        palm = self.engine.pose(HAND, PALM)
+        return np.asarray(palm[:3, :3].T @ (self.engine.pose(name)[:3, 3] - palm[:3, 3]))
 
     def contacts(self, name: str) -> dict[str, list[Array]]:
         """Return where an object is touched.
@@ -126,9 +129,9 @@ class GraspWorld:
         Returns:
             Contact points (3,) in m in the frame of the hand, by link of the hand or name of another body.
         """
-        palm = self._engine.pose(HAND, PALM)
+        palm = self.engine.pose(HAND, PALM)
         found: dict[str, list[Array]] = {}
-        for point in self._engine.contact_points(name):
+        for point in self.engine.contact_points(name):
             at = palm[:3, :3].T @ (np.array(point.position) - palm[:3, 3])
             found.setdefault(point.link_b if point.b == HAND else point.b, []).append(at)
         return found

@@ -1,28 +1,66 @@
-"""A hand in the physics engine: the impedance of its wrist, its motors, and belts that pull at contacts."""
+"""A hand in the physics engine: its motors, and belts that pull at contacts. An arm or a wrist carries it."""
 
 from __future__ import annotations
 
-import tempfile
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from pickcli.geometry import Array, cross, length
 from pickcli.hand.belt_hand import BeltHand
 from pickcli.hand.closing_motor import ClosingMotor
-from pickcli.hand.hand_urdf import FINGER_JOINTS, HINGES, PALM, WRIST, pad_offset, write_hand_urdf
+from pickcli.hand.hand_urdf import FINGER_JOINTS, HINGES, PALM, pad_offset
+from pickcli.hand.mounted_hand import open_fingers
 from pickcli.hand.pad_friction import BeltDrive, PadFriction
-from pickcli.hand.wrist_impedance import WristImpedance
 from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.engine_bodies import ITEM_FRICTION
 
-HAND = "hand"
 PRESS_TIME = 5e-3  # s over which the force of an object on a pad is averaged
 GONE = 1e-2  # N, below which a pad has let go of an object
-N_WRIST = len(WRIST)
+N_FINGER_JOINTS = len(FINGER_JOINTS)
+
+
+class Compliance(Protocol):
+    """Impedance with which a hand is held.
+
+    Attributes:
+        wanted: (6,) m and rad of the hand: x, y, z, yaw, pitch, roll.
+        is_level_soft: Whether it is soft in the horizontal plane.
+    """
+
+    wanted: Array
+    is_level_soft: bool
+
+    @property
+    def is_overloaded(self) -> bool:
+        """Whether a force or torque is beyond its threshold."""
+
+    @property
+    def lifting(self) -> float:
+        """N upwards with which it bears what the hand holds."""
+
+
+class HandCarrier(Protocol):
+    """What carries a hand in an engine.
+
+    Attributes:
+        body: Name of the body whose links are palm and fingers.
+        impedance: With which it holds the hand.
+        joints: Indices of its own joints.
+    """
+
+    body: str
+    joints: list[int]
+
+    @property
+    def impedance(self) -> Compliance:
+        """With which it holds the hand."""
+
+    def exert(self) -> None:
+        """Let its own joints act in the next step of the engine."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,44 +117,67 @@ class SimulatedHand:
 
     Attributes:
         hand: Its figures.
-        wrist: Impedance of the wrist.
+        carrier: What carries it.
         motor: The closing motor.
         drives: Motors of the belts, by link.
+        q: m and rad of the carrier's joints, then (4,) rad of those of the fingers.
 
     Args:
         engine: The engine.
         hand: The figures.
-        q: (6,) m and rad, position of the wrist: x, y, z, yaw, pitch, roll.
+        carrier: What carries it, which is in the engine.
         friction: Coefficient between belts and objects, if it is not that of the file.
     """
 
-    def __init__(self, engine: Engine, hand: BeltHand, q: Array, friction: float | None = None) -> None:
-        self.hand, self._engine = hand, engine
-        with tempfile.TemporaryDirectory() as folder:
-            engine.load_robot(HAND, write_hand_urdf(hand, Path(folder)), np.eye(4))
-        found = engine.joints(HAND)
-        self._joints = [found[name] for name in (*WRIST, *FINGER_JOINTS)]
-        open_angle = -hand.fingers.widest
-        start = [*q.tolist(), open_angle, 0.0, open_angle, 0.0]
-        engine.reset_joints(HAND, dict(zip(self._joints, start, strict=True)))
-        engine.release_joints(HAND, self._joints)
+    def __init__(
+        self, engine: Engine, hand: BeltHand, carrier: HandCarrier, friction: float | None = None
+    ) -> None:
+        self.hand, self.carrier, self._engine, body = hand, carrier, engine, carrier.body
+        found = engine.joints(body)
+        fingers = [found[name] for name in FINGER_JOINTS]
+        self._joints = [*carrier.joints, *fingers]
+        engine.reset_joints(body, dict(zip(fingers, open_fingers(hand).ravel().tolist(), strict=True)))
+        engine.release_joints(body, fingers)
         for link in FINGER_JOINTS:
-            engine.roughen(HAND, link, 0.0)  # the belts' friction is computed here
+            engine.roughen(body, link, 0.0)  # the belts' friction is computed here
         for link in (PALM, *HINGES):
-            engine.roughen(HAND, link, hand.palm.friction / ITEM_FRICTION)
-        mass = hand.wrist.mass + hand.palm.mass + 4 * hand.fingers.mass
-        self.wrist = WristImpedance(hand.wrist, mass, q.copy())
-        self.motor = ClosingMotor(hand.drive, open_angle)
+            engine.roughen(body, link, hand.palm.friction / ITEM_FRICTION)
+        self.motor = ClosingMotor(hand.drive, -hand.fingers.widest)
         self.drives = {link: BeltDrive(hand.belts) for link in FINGER_JOINTS}
         self._friction = hand.belts.friction if friction is None else friction
         self._presses: dict[str, dict[str, _Press]] = {link: {} for link in FINGER_JOINTS}
-        self.q, self.dq = np.array(start), np.zeros(len(start))
+        self.q, _ = engine.joint_states(body, self._joints)
+
+    @property
+    def body(self) -> str:
+        """Name of the body in the engine whose links are palm and fingers."""
+        return self.carrier.body
+
+    @property
+    def wrist(self) -> Compliance:
+        """Impedance with which the hand is held."""
+        return self.carrier.impedance
+
+    @property
+    def fingers(self) -> Array:
+        """(2, 2) rad, of the proximal joint and the hinge of the left and the right finger."""
+        return self.q[-N_FINGER_JOINTS:].reshape(2, 2)
+
+    def reset(self) -> None:
+        """Open the fingers at once, as by hand, with nothing between them."""
+        fingers = self._joints[-N_FINGER_JOINTS:]
+        stand = dict(zip(fingers, open_fingers(self.hand).ravel().tolist(), strict=True))
+        self._engine.reset_joints(self.body, stand)
+        self.motor.angle, self.motor.rate, self.motor.wanted = -self.hand.fingers.widest, 0.0, 0.0
+        self.run_belts(0.0, 0.0)
+        for presses in self._presses.values():
+            presses.clear()
 
     @property
     def tips(self) -> Array:
         """(2, 2) m of the end of each pad: along the approach, and inwards of the middle."""
         fingers = self.hand.fingers
-        at, turn = self.q[N_WRIST:].reshape(2, 2).T
+        at, turn = self.fingers.T
         turn = at + turn
         along = fingers.proximal * np.cos(at) + fingers.distal * np.cos(turn)
         inwards = fingers.proximal * np.sin(at) + fingers.distal * np.sin(turn) - fingers.base / 2
@@ -155,13 +216,12 @@ class SimulatedHand:
 
     def exert(self) -> None:
         """Let motors and belts act in the next step of the engine."""
-        dt = self._engine.time_step
-        self.q, _ = self._engine.joint_states(HAND, self._joints)
-        self.dq = self._engine.joint_velocities(HAND, self._joints)
-        gravity = self._engine.inverse_dynamics(HAND, self.q, self.dq * 0.0, self.dq * 0.0)[:N_WRIST]
-        wrist = self.wrist.efforts(self.q[:N_WRIST], self.dq[:N_WRIST], gravity)
-        fingers = self.motor.advance(self.q[N_WRIST:].reshape(2, 2), self.dq[N_WRIST:].reshape(2, 2), dt)
-        self._engine.exert(HAND, self._joints, np.concatenate([wrist, fingers.ravel()]))
+        engine, body, dt = self._engine, self.body, self._engine.time_step
+        self.q, _ = engine.joint_states(body, self._joints)
+        rates = engine.joint_velocities(body, self._joints[-N_FINGER_JOINTS:])
+        self.carrier.exert()
+        efforts = self.motor.advance(self.fingers, rates.reshape(2, 2), dt)
+        engine.exert(body, self._joints[-N_FINGER_JOINTS:], efforts.ravel())
         for link, drive in self.drives.items():
             drive.advance(self._rub(link, drive.speed, dt), dt)
 
@@ -169,11 +229,11 @@ class SimulatedHand:
         """Let a belt act on what presses on it, and return N by which that holds the belt back."""
         presses = self._presses[link]
         points = defaultdict(list)
-        for point in self._engine.pressing_points(HAND, link):
+        for point in self._engine.pressing_points(self.body, link):
             points[point.b].append(point)
         if not points and not presses:
             return 0.0
-        axis = self._engine.pose(HAND, link)[:3, 0]
+        axis = self._engine.pose(self.body, link)[:3, 0]
         held_back = 0.0
         for name in sorted(points.keys() | presses.keys()):
             contact = PadContact.of(points[name], axis) if points[name] else None
@@ -194,12 +254,12 @@ class SimulatedHand:
             del presses[name]
             return 0.0
         across = cross(contact.normal, contact.along)
-        velocity, turning = engine.relative_velocity(name, HAND, link, contact.point)
+        velocity, turning = engine.relative_velocity(name, self.body, link, contact.point)
         rates = np.array([velocity @ contact.along + speed, velocity @ across, turning @ contact.normal])
         along, aside, turn = press.friction.load(rates, press.force, contact.radius, dt)
         force, torque = along * contact.along + aside * across, turn * contact.normal
         engine.apply_force(name, force, contact.point)
         engine.twist(name, torque)
-        engine.apply_force(HAND, -force, contact.point, link)
-        engine.twist(HAND, -torque, link)
+        engine.apply_force(self.body, -force, contact.point, link)
+        engine.twist(self.body, -torque, link)
         return -float(along)

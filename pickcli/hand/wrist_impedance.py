@@ -57,3 +57,8 @@ class WristImpedance:
         """Whether any torque or force is beyond its threshold."""
         linear, angular = np.abs(self.stretched[:3]).max(), np.abs(self.stretched[3:]).max()
         return bool(linear > self.wrist.most_force or angular > self.wrist.most_torque)
+
+    @property
+    def lifting(self) -> float:
+        """N upwards with which it bears what the hand holds."""
+        return float(self.stretched[2])

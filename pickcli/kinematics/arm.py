@@ -59,7 +59,8 @@ class ToolGoal:
 class Arm:
     """Kinematics of one robot.
 
-    The tool frame ("tip") is the tip of the uncompressed cup, +z out of it.
+    The tool frame ("tip") is the tip of the uncompressed cup, +z out of it, or the point between the pads of
+    a gripper.
 
     Args:
         robot: The robot of a cell.
@@ -181,8 +182,8 @@ class Arm:
             tool_state: State of the tool.
 
         Returns:
-            (N, n): ``own``, and besides the velocities of least norm, each by its limit. In a singular
-            configuration they give another twist, or are not finite.
+            (N, n): ``own`` plus the rates of least norm (each weighted by its velocity limit) that give the
+            twist. In a singular configuration they give another one, or are not finite.
         """
         return self.chain(tool_state).resolved_rates(Q, own, twists, self._T_last_tip, self.limits.velocity)
 
@@ -290,7 +291,7 @@ class Arm:
         return Q[order], distances[order]
 
     def along_rails(self, q: Array, k: int) -> Array:
-        """Return a configuration with its prismatic joints in the middles of k parts of their ranges.
+        """Return k configurations: one, with its prismatic joints in the middles of k parts of their ranges.
 
         Args:
             q: (n,) configuration.

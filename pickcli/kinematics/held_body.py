@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.geometry import GRAVITY, Array
+from pickcli.geometry import GRAVITY, Array, skew
 from pickcli.kinematics.tip_motion import TipMotion
 
 
@@ -25,7 +25,7 @@ class HeldBody:
     inertia: Array
 
     def wrench(self, motion: TipMotion, gravity: float = GRAVITY) -> Array:
-        """Compute the wrench of the cup on the body in every state of a motion.
+        """Compute the wrench of the tool on the body in every state of a motion.
 
         Args:
             motion: N states of the tool frame.
@@ -37,7 +37,7 @@ class HeldBody:
         R = motion.poses[:, :3, :3]
         omega, alpha = _in_tip(R, motion.angular_velocity), _in_tip(R, motion.angular_acceleration)
         upwards = _in_tip(R, motion.acceleration + np.array([0.0, 0.0, gravity]))
-        S = _skew(self.p_tip_com)
+        S = skew(self.p_tip_com)
         # x @ S = -(S x), because vectors are rows here.
         of_com = upwards + alpha @ S + _cross(omega, omega @ S)
         force = self.mass * of_com
@@ -45,7 +45,7 @@ class HeldBody:
         return np.concatenate([force, spin - force @ S], axis=1)
 
     def weight(self, R_world_tip: Array) -> Array:
-        """Compute the wrench of the cup on the body at rest.
+        """Compute the wrench of the tool on the body at rest.
 
         Args:
             R_world_tip: (N, 3, 3) orientations of the tool frame.
@@ -54,7 +54,7 @@ class HeldBody:
             (N, 6) force in N, then torque about the tip in Nm, both in the axes of the tool frame.
         """
         force = self.mass * GRAVITY * R_world_tip[:, 2]
-        return np.concatenate([force, -force @ _skew(self.p_tip_com)], axis=1)
+        return np.concatenate([force, -force @ skew(self.p_tip_com)], axis=1)
 
     def path_wrench(self, motion: TipMotion) -> tuple[Array, Array, Array]:
         """Compute the wrench along a path as a u + b x + c (path acceleration u, squared path velocity x).
@@ -76,12 +76,6 @@ class HeldBody:
 def _in_tip(R_world_tip: Array, vectors: Array) -> Array:
     """Rotate world vectors (N, 3) into the tool frame."""
     return np.asarray(np.matmul(vectors[:, None, :], R_world_tip)[:, 0])
-
-
-def _skew(p: Array) -> Array:
-    """Return the matrix S with S v = p x v."""
-    x, y, z = p
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _cross(a: Array, b: Array) -> Array:

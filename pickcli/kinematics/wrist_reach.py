@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.tool import ToolState
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array, inverse, skew
 from pickcli.kinematics.arm import Arm
 
 MOST_JOINTS = 4  # before the wrist, whose cells are few enough to be listed
@@ -62,7 +62,7 @@ class WristCentre:
             if len(w) == 0 or not np.allclose(np.linalg.norm(w, axis=1), 1.0):
                 continue
             # The centre c is on every axis: w x (tip - c) = w x (tip - point on the axis).
-            crosses = np.vstack([_cross_matrix(each) for each in w])
+            crosses = np.vstack([skew(each) for each in w])
             to_tip, *_ = np.linalg.lstsq(crosses, m.ravel(), rcond=None)
             if float(np.abs(crosses @ to_tip - m.ravel()).max()) < MEETS:
                 return cls(n_before, -T[:3, :3].T @ to_tip)
@@ -223,9 +223,3 @@ class _Cells:
             bends += half[k] * (half[:k].sum() * most[:, k] + most[:, k:] @ half[k:])
         halves = np.einsum("k,mki->mi", half, np.abs(J)) + bends[:, None] / 2 + ROUNDING
         return self.centres(joints), halves, most
-
-
-def _cross_matrix(w: Array) -> Array:
-    """Return the matrix (3, 3) that multiplies a vector (3,) by the cross product with another, w first."""
-    x, y, z = w
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

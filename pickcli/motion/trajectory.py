@@ -8,6 +8,8 @@ import numpy as np
 
 from pickcli.geometry import Array
 
+SAME_TIME = 1e-9  # s
+
 # Coefficients of the quintic Hermite basis on [0, 1], by powers of u; rows: p0, v0, a0, p1, v1, a1.
 _BASIS = np.array(
     [
@@ -71,6 +73,22 @@ class Trajectory:
         """
         positions, velocities, accelerations = self._sampled(t, (0, 1, 2))
         return positions, velocities, accelerations
+
+    def between(self, t_start: float, t_end: float, tolerance: float = SAME_TIME) -> Trajectory:
+        """Return the part between two of the points.
+
+        Args:
+            t_start: s, the time of a point.
+            t_end: s, the time of another.
+            tolerance: s by which the stated times may be off those of the points.
+
+        Returns:
+            These points and all in between, from 0 s on.
+        """
+        t = self.times
+        kept = (t >= t_start - tolerance) & (t <= t_end + tolerance)
+        rows = (self.positions, self.velocities, self.accelerations)
+        return Trajectory(self.joint_names, t[kept] - t[kept][0], *(row[kept] for row in rows))
 
     def _sampled(self, t: Array | float, derivatives: tuple[int, ...]) -> list[Array]:
         """Return some of the time derivatives (M, n) at times (M,)."""

@@ -272,7 +272,7 @@ def _tool_motion(plan: Plan, robot: Robot, times: Array) -> Array:
     known = [(s.t_start, s.t_end, s.tool_state) for s in plan.segments if s.tool_state != MOVING]
     first = known[0][2] if known else robot.tool.default_state
     moving = [s for s in plan.segments if s.tool_state == MOVING]
-    state = first if not moving or moving[0].t_start > 0.0 else _state_before(plan, robot, first)
+    state = first if not moving or moving[0].t_start > 0.0 else _state_before(robot, first)
     knots, values = [0.0], [tool_positions(robot, state)]
     for segment in moving:
         after = next((k[2] for k in known if k[0] >= segment.t_end - TIME_RESOLUTION), state)
@@ -284,7 +284,7 @@ def _tool_motion(plan: Plan, robot: Robot, times: Array) -> Array:
     return np.array(columns).reshape(table.shape[1], len(times)).T
 
 
-def _state_before(plan: Plan, robot: Robot, after: ToolState) -> ToolState:
+def _state_before(robot: Robot, after: ToolState) -> ToolState:
     """State of the tool before a plan that begins with its motion: with two states the other one."""
     others = [state for state in robot.tool.states if state != after]
     default = robot.tool.default_state

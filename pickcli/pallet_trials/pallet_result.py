@@ -92,7 +92,7 @@ class CartonResult:
 
     @property
     def sinking(self) -> float:
-        """M by which its height changed after it was set down."""
+        """Length (m) by which its height changed after it was set down."""
         if self.set_down is None or self.at_end is None:
             return 0.0
         return abs(self.at_end.height - self.set_down.height)

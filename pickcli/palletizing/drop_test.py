@@ -128,8 +128,20 @@ def _solid(placement: Placement) -> Item:
     """The carton as the engine has it, along the axes of the pallet; its height is kept."""
     x, y, z = placement.size.tolist()
     shape = Shape(ShapeKind.BOX, (x - SHRUNK, y - SHRUNK, z))
-    name = placement.carton.id
-    return Item(name, 0, shape, placement.carton.mass, 0, {}, "", "", 0.0, 1.0, "", "")
+    return Item(
+        name=placement.carton.id,
+        year=0,
+        shape=shape,
+        mass=placement.carton.mass,
+        bonus=0,
+        seals={},
+        seal_source="",
+        why_not="",
+        seal_inset=0.0,
+        speed_scale=1.0,
+        folded="",
+        source="",
+    )
 
 
 def _settle(engine: Engine, names: Sequence[str]) -> None:

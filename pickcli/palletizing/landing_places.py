@@ -65,7 +65,7 @@ class LandingPlaces:
     Attributes:
         low: (N, 3) m, lower corner of the carton in each.
         is_turned: Whether its length is along y.
-        bearing_area: (N,) share of its base over what is as high as what bears it.
+        supported_share: (N,) share of its base that is supported.
         beside: (N,) m of the sides of its base that are beside others, or at the edge of the pallet.
         spare: (N,) kg that may still stand on what bears it.
         borne_low: (N, 2) m, lower corner of a rectangle around all that can be in its support polygon.
@@ -74,7 +74,7 @@ class LandingPlaces:
 
     low: Array
     is_turned: bool
-    bearing_area: Array
+    supported_share: Array
     beside: Array
     spare: Array
     borne_low: Array

@@ -100,13 +100,13 @@ def all_bearing(placements: Iterable[Placement], names: Iterable[str]) -> frozen
 
 
 def loads_on(stack: PalletStack) -> Counter[str]:
-    """Return what stands on each carton, wholly or in part, directly or through others.
+    """Sum what stands on each carton, wholly or in part, directly or through others.
 
     Args:
         stack: The stack.
 
     Returns:
-        kg by id: at most what it may bear.
+        kg by id.
     """
     loads: Counter[str] = Counter()
     for placement in stack.placements:

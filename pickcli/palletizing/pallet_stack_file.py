@@ -78,7 +78,7 @@ class StackedPallet:
 
     @property
     def top(self) -> float:
-        """M over the floor of the highest carton; of the deck if there is none."""
+        """Height (m) over the floor of the highest carton; of the deck if there is none."""
         return self.pallet.deck + max(
             (float(placement.high[2]) for placement in self.placements), default=0.0
         )

@@ -87,17 +87,17 @@ class _View:
 
     @property
     def clearance(self) -> float:
-        """M between its way down and what is beside that."""
+        """Distance (m) between its way down and what is beside that."""
         return float(self._aside[self._tops > self._it.low[2] + LEVEL + TOLERANCE].min(initial=np.inf))
 
     @property
     def margin(self) -> float:
-        """M by which its centre of mass, wherever it may be, is in its polygon; negative outside."""
+        """Length (m) by which its centre of mass, wherever it may be, is in its polygon; negative outside."""
         return self._inside(self._centres)
 
     @property
     def rise(self) -> float:
-        """M by which its middle rises if it turns about the nearest edge of its polygon; 0 outside."""
+        """Rise (m) of its middle if it turns about the nearest edge of its polygon; 0 outside."""
         half = float(self._it.size[2]) / 2
         return float(np.hypot(max(self._inside(self._it.centre[None, :2]), 0.0), half)) - half
 

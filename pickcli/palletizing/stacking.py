@@ -102,7 +102,7 @@ class _Pallet:
         against: Counter[str] = Counter()
         around = 2.0 * (carton.size[0] + carton.size[1])
         for places in landing_places(self._order, self._arrays, carton):
-            sags = places.bearing_area < LEAST_AREA
+            sags = places.supported_share < LEAST_AREA
             crushes = ~sags & (places.spare < carton.mass - ROUNDED)
             half = np.array(carton.size[:2])[[1, 0] if places.is_turned else [0, 1]] / 2
             most, centre = 2 * CENTRE_ERROR * half, places.low[:, :2] + half
@@ -113,7 +113,7 @@ class _Pallet:
             kept = ~sags & ~crushes & stands
             cost = places.low[:, 2] + carton.size[2] - BESIDE * places.beside / around
             cost += OTHERWISE * (self._across is not None and places.is_turned != self._across)
-            costs.append((cost - AREA * places.bearing_area)[kept])
+            costs.append((cost - AREA * places.supported_share)[kept])
             lows.append(places.low[kept])
             turns += [places.is_turned] * int(kept.sum())
         cost, low = np.concatenate([*costs, []]), np.concatenate([*lows, np.empty((0, 3))])

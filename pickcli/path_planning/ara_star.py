@@ -103,12 +103,10 @@ class AraStarResult:
     Attributes:
         paths: One after each search that expanded anything and ended with a path, the last one the best.
         n_expanded: Expansions of all searches.
-        is_exhausted: Whether all was expanded that the start leads to, and the goal is not among it.
     """
 
     paths: tuple[AraStarPath, ...]
     n_expanded: int
-    is_exhausted: bool
 
     @property
     def best(self) -> AraStarPath | None:
@@ -129,7 +127,7 @@ def ara_star(graph: SearchGraph, settings: AraStarSettings | None = None) -> Ara
     """
     search = _Search(graph, settings or AraStarSettings())
     paths = tuple(search.run())
-    return AraStarResult(paths, search.n_expanded, not search.open and not paths)
+    return AraStarResult(paths, search.n_expanded)
 
 
 class _Search:

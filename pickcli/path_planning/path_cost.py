@@ -16,24 +16,11 @@ CALM = 0.05
 _CORNER_DEVIATION = 0.02
 
 
-def edge_costs(space: JointSpace, waypoints: Array) -> Array:
-    """Estimate the duration of each edge at full speed, for comparing paths.
+def step_costs(space: JointSpace, steps: Array) -> Array:
+    """Estimate the duration of edges at full speed, for comparing paths.
 
     It is the largest |dq_j| / v_j, plus a small share of the length. It obeys the triangle inequality: a
     shortcut never costs more than the edges that it replaces.
-
-    Args:
-        space: Velocity limits.
-        waypoints: (N, n) configurations.
-
-    Returns:
-        (N - 1,) s.
-    """
-    return step_costs(space, np.diff(waypoints, axis=0))
-
-
-def step_costs(space: JointSpace, steps: Array) -> Array:
-    """Estimate the duration of edges given by their differences (see ``edge_costs``).
 
     Args:
         space: Velocity limits.

@@ -25,7 +25,7 @@ def shorten(
 
     Args:
         checker: Proves edges.
-        space: Metric of the cost (see ``edge_costs``).
+        space: Metric of the cost (see ``step_costs``).
         path: A proven path.
         seed: Seed of all random choices.
         iterations: Number of shortcuts tried.

@@ -10,6 +10,8 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 
 from pickcli.cell.place import Place
+from pickcli.collision.free_flyer import FreeToolChecker
+from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
@@ -212,7 +214,7 @@ class PickProblem:
 
     @property
     def max_tilt(self) -> float | None:
-        """Rad that the target may be tilted while it is held: as asked, or less as its item file states."""
+        """Most tilt (rad) of the target while it is held: as asked, or less as its item file states."""
         stated = (self.context.settings.upright, self.target.item.max_tilt)
         return min((each for each in stated if each is not None), default=None)
 
@@ -245,6 +247,18 @@ class PickProblem:
         noise = self.scene.noise_of(self.target)
         return self.context.method.hold(self.target.item, face, T_tip_item, noise)
 
+    def tool_checker(self, mode: Mode) -> FreeToolChecker:
+        """Return the checker of the tool without the arm, level about the axes of the way into the place.
+
+        Args:
+            mode: State of the tool, and what it may touch.
+
+        Returns:
+            The checker.
+        """
+        axes = self.T_world_entry[:3, :3]
+        return self.context.checkers.tool(self.scene, mode.tool_state, axes, mode.contacts)
+
     @property
     def uncertainty(self) -> float:
         """Upper bound of the distance of any point of the target from its stated position, m."""
@@ -275,12 +289,12 @@ class PickProblem:
 
     @cached_property
     def mass_on_target(self) -> float:
-        """Kg of all that the lifted target may have to bear as it slides off; 0 if nothing is pushed."""
+        """Mass (kg) that the lifted target may have to bear as it slides off; 0 if nothing is pushed."""
         return mass_above(supports_of(self.scene), self.target.id) if self.pushed else 0.0
 
     @cached_property
     def above_pushed(self) -> float:
-        """M over the rim that what may be pushed reaches, or may rear up to; the retreat ends above it."""
+        """Height (m) over the rim that what may be pushed reaches or rears up to; the retreat ends above."""
         if not self.pushed:
             return -np.inf
         rim = float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])

@@ -195,13 +195,16 @@ def _layouts(
 
 
 def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year: int, where: str) -> None:
-    """Raise InputError, before any search, for items too large for their bin, or too many by volume.
+    """Refuse, before any search, items too large for their bin, or too many by volume or number.
 
     Args:
         bin_contents: Item names by bin.
         cell: The cell, for bins and items.
         year: Year of the figures of items that occur in two years.
         where: The order's file, for messages.
+
+    Raises:
+        InputError: An item is too large for its bin, or a bin's items are too many; all bins are named.
     """
     faults = (
         _too_much(cell, bin_name, [cell.item(name, year) for name in names])

@@ -129,7 +129,7 @@ def finger_joints(robot: Urdf, srdf: Srdf | None) -> frozenset[str]:
             found |= joints
     for link in robot.links:
         before = len(_without(robot.driven(robot.way(link)), found))
-        chains = [_longest_below(robot, joint.child, joint.name, found) for joint in robot.children(link)]
+        chains = [_longest_below(robot, joint.child, found) for joint in robot.children(link)]
         branches = [chain for chain in chains if chain]
         if len(branches) > 1 and all(len(branch) < before for branch in branches):
             found |= {name for joint in robot.children(link) for name in _below(robot, joint)}
@@ -179,9 +179,9 @@ def _below(robot: Urdf, joint: Joint) -> list[str]:
     return [*robot.driven([joint]), *behind]
 
 
-def _longest_below(robot: Urdf, link: str, joint: str, fingers: Iterable[str]) -> tuple[str, ...]:
+def _longest_below(robot: Urdf, link: str, fingers: Iterable[str]) -> tuple[str, ...]:
     """Longest chain of driven joints in a branch, without fingers."""
-    behind = (_longest_below(robot, child.child, child.name, fingers) for child in robot.children(link))
+    behind = (_longest_below(robot, child.child, fingers) for child in robot.children(link))
     return _without(robot.driven([robot.joints[link]]), fingers) + max(behind, key=len, default=())
 
 

@@ -25,7 +25,7 @@ from pickcli.motion.plan import Plan, times_at_work
 from pickcli.simulation.online_time_scaling import OnlineTimeScaling
 from pickcli.timing.line_tracking import MOST_PACE
 
-LAG_RATE = 25.0  # 1/s of each lag: 1 mm off a belt that changes its speed at 0.2 m/s2
+LAG_RATE = 25.0  # 1/s of each lag: 1 mm off a belt that changes its speed at 0.2 m/s^2
 CATCH_UP = 10.0  # 1/s at which the plan makes up for time that it is behind the belt, or ahead of it
 COMING_CHANGE = 0.6  # 1/s of the pace while the whole arm moves, which is on its way at its own limits
 LEAVE_AT = 0.9  # of the deviation that is proven: the arm leaves a belt that would come to more
@@ -100,7 +100,7 @@ class BeltClock:
         belt = cell.carriers[plan.tracking.conveyor]
         assert belt.conveyor is not None
         found = linear_axis(cell.robot, belt.T_world_carrier[:3, 0])
-        self._gain: float | None = None  # m/s2 by which an axis catches up with the belt on the way off
+        self._gain: float | None = None  # m/s^2 by which an axis catches up with the belt on the way off
         if found is not None:
             self._gain = BELT_SHARE * float(scaled.acceleration[found[0]]) - belt.conveyor.max_acceleration
 
@@ -133,7 +133,7 @@ class BeltClock:
         return t
 
     def _growth(self, faster: float) -> float:
-        """M by which a belt that is some m/s faster than the plan gets farther off it on the way off."""
+        """Length (m) by which a belt that is some m/s faster gets farther off the plan on the way off."""
         if self._gain is None or faster * self.off <= 0.0:
             return 0.0  # without an axis the way off is the plan's own motion
         return BUILT_UP * faster**2 / (2.0 * self._gain) if self._gain > 0.0 else float("inf")
@@ -176,13 +176,13 @@ class BeltClock:
         return self.scaling.rate
 
     def _reading(self) -> float:
-        """M by the encoder."""
+        """Travel (m) by the encoder."""
         travel = self._encoder.belt_travel(self._tracking.conveyor)
         self._last = self._last if travel is None else travel
         return self._last
 
     def _belt_time(self, travel: float) -> float:
-        """S of the plan at which its belt would be where the belt is now."""
+        """Time (s) of the plan at which its belt would be where the belt is now."""
         step, speed = self._time_step, self._tracking.speed
         before = travel - speed * self._t
         for k in range(3):

@@ -76,7 +76,7 @@ class BeltRun(PlanRun[D]):
 
     @property
     def progress(self) -> float:
-        """S of the plan where the robot is; on the way off a belt, relative to that."""
+        """Time (s) of the plan where the robot is; on the way off a belt, relative to that."""
         return self.tracker.progress if self._sent_lately is None else self._sent_lately[0][1]
 
     def brake(self, why: ProtectiveStop) -> None:
@@ -194,7 +194,7 @@ class BeltRun(PlanRun[D]):
 
     @property
     def _t_met(self) -> float:
-        """S of the plan at which the tool may meet the item that it takes."""
+        """Time (s) of the plan at which the tool may meet the item that it takes."""
         return next(s.t_start for s in self.plan.segments if s.kind is SegmentKind.CONTACT)
 
     def _stop_at_belt(self, clock: BeltClock, why: ProtectiveStop) -> None:

@@ -57,7 +57,7 @@ class BeltWayOff:
         limits = robot.limits
         self._limits = replace(limits, acceleration=cell.speed_scale * limits.acceleration)
         as_seen = relative_to_belt(plan.trajectory, self._axis, self._speed, clock.t_works)
-        self._lines = _between(as_seen, clock.t_works, clock.t_left)
+        self._lines = as_seen.between(clock.t_works, clock.t_left, SAME_TIME)
         now, t_works = clock.scaling, clock.t_works
         self.t, self.off, self.is_clear = max(now.t, t_works), clock.off, now.t <= t_works
         self._on = OnlineTimeScaling(self._lines, self._beside_the_belt, time_step)
@@ -168,14 +168,6 @@ class BeltWayOff:
         t, v = np.array([0.0, LONGEST]), np.full((2, 1), self._speed)
         way = Trajectory(self._lines.joint_names[k], t, v * t[:, None], v, np.zeros((2, 1)))
         return OnlineTimeScaling(way, alone, self._time_step)
-
-
-def _between(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory:
-    """Return the part of a trajectory between two of its points (s), from 0 s on."""
-    t = trajectory.times
-    kept = (t >= t_start - SAME_TIME) & (t <= t_end + SAME_TIME)
-    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
-    return Trajectory(trajectory.joint_names, t[kept] - t[kept][0], *(row[kept] for row in rows))
 
 
 def _reversed(trajectory: Trajectory) -> Trajectory:

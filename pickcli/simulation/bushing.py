@@ -19,7 +19,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pickcli.geometry import Array, rotation_vector
+from pickcli.geometry import GRAVITY, Array, rotation_vector, skew
+from pickcli.simulation.engine import Engine
 
 REFERENCE_RADIUS = 0.015  # m, of the cup whose stiffness is estimated
 
@@ -123,14 +124,58 @@ class Bushing:
         return np.asarray(self._per_deflection @ deflection + self._per_velocity @ free)
 
 
+@dataclass(frozen=True, eq=False)
+class BushingItem:
+    """An item that hangs by a bushing on a link of the robot, at one time step.
+
+    Attributes:
+        engine: Bodies and their motions.
+        item: Name of the item.
+        robot: Name of the robot.
+        link: Name of its link.
+        T_world_a: (4, 4) point of the item that the tool took hold of.
+        T_world_tip: (4, 4) tool tip.
+    """
+
+    engine: Engine
+    item: str
+    robot: str
+    link: str
+    T_world_a: Array
+    T_world_tip: Array
+
+    def wrench(self, bushing: Bushing) -> Array:
+        """Compute what the bushing exerts on the item during the next step.
+
+        Args:
+            bushing: The bushing.
+
+        Returns:
+            (6,) N and Nm in the tool frame.
+        """
+        R, tip = self.T_world_tip[:3, :3], self.T_world_tip[:3, 3]
+        relative = self.engine.relative_velocity(self.item, self.robot, self.link, tip)
+        velocity = np.concatenate([R.T @ part for part in relative])
+        return bushing.wrench(self.T_world_a, self.T_world_tip, velocity, -GRAVITY * R[2])
+
+    def apply(self, wrench: Array) -> None:
+        """Exert a wrench on the item, and its opposite on the robot, during the next step.
+
+        Args:
+            wrench: (6,) N and Nm in the tool frame.
+        """
+        R, tip = self.T_world_tip[:3, :3], self.T_world_tip[:3, 3]
+        force, torque = R @ wrench[:3], R @ wrench[3:]
+        self.engine.apply_force(self.item, force, self.T_world_a[:3, 3])
+        self.engine.twist(self.item, torque)
+        self.engine.apply_force(self.robot, -force, tip, self.link)
+        self.engine.twist(self.robot, -torque, self.link)
+
+
 def _mobility(mass: float, inertia: Array, p_com_a: Array) -> Array:
     """Linear and angular acceleration (6, 6) at a point a of a free body per force and torque there."""
-    lever = _skew(p_com_a)
+    lever = skew(p_com_a)
     inverse = np.linalg.inv(inertia)
     return np.block(
         [[np.eye(3) / mass - lever @ inverse @ lever, -lever @ inverse], [inverse @ lever, inverse]]
     )
-
-
-def _skew(v: Array) -> Array:
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])

@@ -152,18 +152,6 @@ class Engine(EngineBodies):
         )
         return min((float(c[8]) for c in points), default=farthest)
 
-    def ray_hits(self, starts: Array, ends: Array) -> list[tuple[str, float]]:
-        """Find the first item or firm body on each ray.
-
-        Args:
-            starts: (R, 3) m in the world.
-            ends: (R, 3) m in the world.
-
-        Returns:
-            Name and the fraction in [0, 1] of the ray; ("", 1.0) without a hit.
-        """
-        return [(name, share) for name, share, _ in self.ray_faces(starts, ends)]
-
     def ray_faces(self, starts: Array, ends: Array) -> list[tuple[str, float, tuple[float, float, float]]]:
         """Find the first item or firm body on each ray, and how its surface faces there.
 

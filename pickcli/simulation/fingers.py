@@ -15,8 +15,8 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.tool import Tool
 from pickcli.cell.tools.gripper import ParallelGripper
-from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle, rotation_vector
-from pickcli.simulation.bushing import Bushing
+from pickcli.geometry import Array, inverse, pose, rotation_axis_angle, rotation_vector
+from pickcli.simulation.bushing import Bushing, BushingItem
 from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
 from pickcli.simulation.pads import PadStiffness, Patch, patch_on
@@ -215,21 +215,16 @@ class Fingers:
     def _hang(self, bushing: Bushing, T_world_tip: Array) -> None:
         """Apply the bushing's wrench to the item and the robot."""
         assert self.held is not None and self._patch is not None
-        R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
-        relative = self._engine.relative_velocity(self.held, self._robot, self._tool.last_link, tip)
-        velocity = np.concatenate([R.T @ part for part in relative])
-        self.load = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
+        link = self._tool.last_link
+        hanging = BushingItem(self._engine, self.held, self._robot, link, T_world_a, T_world_tip)
+        self.load = hanging.wrench(bushing)
         self.ratio = self._patch.ratio(self.load, self._drive.force, self.friction)
         self.max_ratio = max(self.max_ratio, self.ratio)
         if self.ratio > 1.0:
             self.load = self.load / self.ratio
             self._slide(T_world_tip, T_world_a)
-        force, torque = R @ self.load[:3], R @ self.load[3:]
-        self._engine.apply_force(self.held, force, T_world_a[:3, 3])
-        self._engine.twist(self.held, torque)
-        self._engine.apply_force(self._robot, -force, tip, self._tool.last_link)
-        self._engine.twist(self._robot, -torque, self._tool.last_link)
+        hanging.apply(self.load)
 
     def _slide(self, T_world_tip: Array, T_world_a: Array) -> None:
         """Move the unloaded position of the rubber so far that its wrench is at the limit."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -15,12 +15,46 @@ from pickcli.geometry import Array, to_quaternion
 from pickcli.motion.plan import Plan
 
 if TYPE_CHECKING:
+    from pickcli.cell.robot import Robot
     from pickcli.progress import Progress
+    from pickcli.scene.scene import Scene
+    from pickcli.simulation.engine import Engine
+    from pickcli.simulation.simulated_tool import SimulatedTool
     from pickcli.simulation.world import World
 
 LOOK_TIME = 0.02  # s of simulated time between samples
 ITEM_LOOKS = 2  # every how many samples items that are not held are recorded
 SEEN_MOVE = 2e-4  # m or element of a rotation matrix; smaller changes are not recorded
+
+
+class RecordedWorld(Protocol):
+    """A world that can be recorded.
+
+    Attributes:
+        scene: The scene, whose items are in the engine by their ids.
+        engine: The engine.
+        tool: The simulated tool.
+    """
+
+    scene: Scene
+    engine: Engine
+    tool: SimulatedTool
+
+    @property
+    def t(self) -> float:
+        """S since the start."""
+
+    @property
+    def robot(self) -> Robot:
+        """The arm that moves."""
+
+    @property
+    def joints(self) -> Array:
+        """(m,) positions of its moving joints."""
+
+    @property
+    def held(self) -> str | None:
+        """Id of the held item, if the tool knows it."""
 
 
 @dataclass(eq=False)
@@ -43,7 +77,7 @@ class RecordedRun:
     clock: list[tuple[float, float]] = field(default_factory=list)
     t_world: float = 0.0
 
-    def note(self, world: World, progress: Progress) -> None:
+    def note(self, world: RecordedWorld, progress: Progress) -> None:
         """Record the progress of the plan.
 
         Args:
@@ -144,7 +178,7 @@ class MotionRecorder:
         self.look(world)
         world.observer = self.look
 
-    def look(self, world: World) -> None:
+    def look(self, world: RecordedWorld) -> None:
         """Record the current state if a sample is due.
 
         Args:
@@ -163,7 +197,7 @@ class MotionRecorder:
                 self._note(placed.id, t, world.engine.pose(placed.id))
         self._n_looks += 1
 
-    def begin(self, plan: Plan | None, world: World) -> RecordedRun:
+    def begin(self, plan: Plan | None, world: RecordedWorld) -> RecordedRun:
         """Record the beginning of an execution.
 
         Args:

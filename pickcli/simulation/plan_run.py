@@ -203,7 +203,7 @@ class PlanRun(Generic[D]):
 
     @property
     def progress(self) -> float:
-        """S of the plan where the robot is by its measured joints."""
+        """Time (s) of the plan where the robot is by its measured joints."""
         return self.tracker.progress
 
     def reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:

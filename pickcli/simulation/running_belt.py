@@ -34,7 +34,7 @@ class RunningBelt:
 
         Args:
             speed: m/s.
-            acceleration: m/s2 at which it does so.
+            acceleration: m/s^2 at which it does so.
         """
         self._wanted, self._acceleration = speed, acceleration
 

@@ -77,7 +77,7 @@ class SimulatedCup(SimulatedTool):
 
     @property
     def pressure(self) -> float:
-        """Pa below ambient in the cup."""
+        """Pressure (Pa) below ambient in the cup."""
         return self._suction.vacuum.cup
 
     @property

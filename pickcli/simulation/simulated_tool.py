@@ -92,7 +92,7 @@ class SimulatedTool(ABC):
 
     @property
     def pressure(self) -> float:
-        """Pa below ambient in the cup; 0 without a cup."""
+        """Pressure (Pa) below ambient in the cup; 0 without a cup."""
         return 0.0
 
     @property

@@ -16,9 +16,9 @@ from pickcli.cell.item import Item
 from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import Tool
 from pickcli.cell.tools.lip_leak import FULL_VACUUM
-from pickcli.geometry import GRAVITY, Array, inverse, length, transform_points
+from pickcli.geometry import Array, inverse, length, transform_points
 from pickcli.simulation.bellows import NOTHING, SOLID_DEPTH, Bellows, Probe
-from pickcli.simulation.bushing import Bushing, Stiffness
+from pickcli.simulation.bushing import Bushing, BushingItem, Stiffness
 from pickcli.simulation.cup_friction import CupFriction
 from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
@@ -295,17 +295,12 @@ class Suction:
     def _hang(self, bushing: Bushing, T_world_tip: Array) -> None:
         """Apply the bushing's wrench to the item and the robot."""
         assert self.held is not None
-        R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
-        relative = self._engine.relative_velocity(self.held, self._robot, self._tool.last_link, tip)
-        velocity = np.concatenate([R.T @ part for part in relative])
-        wrench = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
+        link = self._tool.last_link
+        hanging = BushingItem(self._engine, self.held, self._robot, link, T_world_a, T_world_tip)
+        wrench = hanging.wrench(bushing)
         self.load = CupWrench(wrench)
-        force, torque = R @ wrench[:3], R @ wrench[3:]
-        self._engine.apply_force(self.held, force, T_world_a[:3, 3])
-        self._engine.twist(self.held, torque)
-        self._engine.apply_force(self._robot, -force, tip, self._tool.last_link)
-        self._engine.twist(self._robot, -torque, self._tool.last_link)
+        hanging.apply(wrench)
 
 
 def face_at(item: Item, point: Array) -> str:

@@ -120,7 +120,8 @@ class Topple:
             tilt: rad.
 
         Returns:
-            m along ``direction``; infinite if the push passes over the item before.
+            m along ``direction``; infinite if the push passes over the item before, or needs
+            ``MOST_TRAVEL`` or more.
         """
         ways = np.arange(0.0, MOST_TRAVEL, TRAVEL_STEP)
         first = self.near_side(height)

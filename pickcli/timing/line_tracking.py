@@ -22,7 +22,7 @@ SAME_TIME = 1e-6  # s: nearer points are one
 
 
 def ramp_time(speed: float, acceleration: float, jerk: float) -> float:
-    """Compute how long an axis takes from rest to a speed, and back.
+    """Compute how long an axis takes from rest to a speed; it takes as long back to rest.
 
     The velocity follows the smoothstep 3 s^2 - 2 s^3, a cubic, so that the position is a quartic, which the
     quintics of a trajectory meet exactly. Its acceleration is at most 1.5 speed / T, its jerk 6 speed / T^2,
@@ -30,8 +30,8 @@ def ramp_time(speed: float, acceleration: float, jerk: float) -> float:
 
     Args:
         speed: m/s.
-        acceleration: m/s2, of the axis at most.
-        jerk: m/s3, at most.
+        acceleration: m/s^2, of the axis at most.
+        jerk: m/s^3, at most.
 
     Returns:
         s.
@@ -66,7 +66,7 @@ class TrackedMotion:
             t: (N,) s.
 
         Returns:
-            (N,) m, (N,) m/s and (N,) m/s2.
+            (N,) m, (N,) m/s and (N,) m/s^2.
         """
         v = self.speed
         up, down = self.t_synchronous - self.t_start, self.t_end - self.t_leaving

@@ -32,11 +32,11 @@ _LARGE_EXCESS = 1.03
 
 @dataclass(frozen=True, eq=False)
 class TimedPath:
-    """One attempt: a time law, and the factor of time at which it keeps every limit.
+    """One attempt: a time law, and the factor of time at which it keeps every limit of the joints.
 
     Attributes:
         law: The time law.
-        time_scale: Factor of time, at least 1.
+        time_scale: Factor of time, at least 1; for the constraint along the path, at most ``_SLOWER``.
     """
 
     law: TimeLaw
@@ -109,6 +109,9 @@ def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, s
 
 def needed_time_scale(curve: BlendedPath, bounds: PathBounds, law: TimeLaw) -> Array:
     """Return the factor of time at which the quintics of each cell of a time law keep all limits.
+
+    That of the constraint is cut at ``_SLOWER``: one state near its limit would slow the whole motion.
+    What is left to do, ``timed_run`` does with the timed motion.
 
     Args:
         curve: The blended path.

@@ -160,7 +160,7 @@ def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> fl
 
 
 def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:
-    """Set the trajectory's ends to the first and last waypoint exactly, at rest."""
+    """Set a trajectory's ends to the first and last waypoint exactly, at rest: changes it, and returns it."""
     trajectory.positions[[0, -1]] = waypoints[[0, -1]]
     trajectory.velocities[[0, -1]] = 0.0
     trajectory.accelerations[[0, -1]] = 0.0

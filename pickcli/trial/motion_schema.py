@@ -73,7 +73,7 @@ def _bounded(values: Array, most: float) -> Array:
 
 
 class VacuumModel(FileModel):
-    """Pa below ambient in the cup, over time."""
+    """Pressure (Pa) below ambient in the cup, over time."""
 
     times: PackedModel
     values: PackedModel

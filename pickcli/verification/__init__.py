@@ -17,6 +17,6 @@ Read in this order:
   `body_boxes` and `equilibrium`, `push_check`, `topple_check`, `tipping_check`; `grasp_check` with
   `load_check`, or `pinch_check` with `strayed_pinch_check`, as `hold_choice` selects; `release_check` by
   `landing_statics`.
-- Plans for a running conveyor, in the frames of hall and belt: `belt_view`.
+- Plans for a running conveyor, in the frames of hall and belt: `belt_frame`, `belt_view`.
 - Recovery motions after a stop: `recovery_check`.
 """

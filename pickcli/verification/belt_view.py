@@ -17,15 +17,13 @@ from itertools import product
 import numpy as np
 
 from pickcli.cell.robot import JointType, Robot
-from pickcli.cell.robots.travelling import travelling
 from pickcli.cell.shapes import ShapeKind, hull
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.motion.plan import Plan, times_at_work
+from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
-from pickcli.motion.trajectory import Trajectory
-from pickcli.scene.item_stream import after_travel
 from pickcli.scene.scene import Scene
+from pickcli.verification.belt_frame import BeltFrame, farthest_brought, working_times
 from pickcli.verification.contact_exemptions import releases
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.moving_parts import Fixture
@@ -70,23 +68,17 @@ class BeltView:
             The plan in its frames.
         """
         assert plan.tracking is not None and plan.grasp is not None
-        tracking, contact = plan.tracking, _contact(plan)
-        carrier = scene.cell.carriers[tracking.conveyor]
-        at_contact = after_travel(scene, tracking.conveyor, tracking.speed * contact.t_end)
-        along = scene.pose_of(carrier).T_world_carrier[:3, 0]
-        robot = travelling(scene.cell.robot, along, tracking.conveyor)
-        seen_scene = replace(at_contact, cell=replace(scene.cell, robot=robot))
-        t = plan.trajectory.times
-        travel, speeds = -tracking.speed * (t - contact.t_end), np.full(len(t), -tracking.speed)
-        t_left = times_at_work(plan.segments)[1]
-        is_on_belt = t <= t_left + TIME_TOLERANCE
+        tracking, t_contact = plan.tracking, _contact(plan).t_end
+        belt, carrier = BeltFrame.of(tracking, scene), scene.cell.carriers[tracking.conveyor]
+        at_contact, robot = belt.scene_at(scene, t_contact), belt.seen_robot(scene.cell.robot, t_contact)
+        t_left = working_times(plan.segments)[1]
         return cls(
-            at_contact,
-            seen_scene,
-            _with_travel(plan, robot, travel, speeds),
-            _with_travel(plan, robot, np.where(is_on_belt, travel, 0.0), np.where(is_on_belt, speeds, 0.0)),
-            frozenset(placed.id for placed in scene.items if placed.location in carrier.places),
-            along,
+            scene=at_contact,
+            seen_scene=replace(at_contact, cell=replace(scene.cell, robot=robot)),
+            seen=belt.seen_plan(plan, t_contact, plan.trajectory.duration),
+            at_work=belt.seen_plan(plan, t_contact, t_left + TIME_TOLERANCE),
+            riding=frozenset(placed.id for placed in scene.items if placed.location in carrier.places),
+            along=belt.T_world_start[:3, 0],
         )
 
     def in_hall(self, world: PlanFixtures, item: str) -> PlanFixtures:
@@ -104,7 +96,7 @@ class BeltView:
         assert tracking is not None
         conveyor = self.scene.cell.carriers[tracking.conveyor].conveyor
         assert conveyor is not None
-        t_works, t_left = times_at_work(self.seen.segments)
+        t_works, t_left = working_times(self.seen.segments)
         since = tracking.speed * (t_left - contact.t_end) - tracking.deviation
         coming = self._swept(world, -tracking.speed * contact.t_end, conveyor.farthest)
         leaving = self._swept(world, since, since + conveyor.farthest)
@@ -131,7 +123,7 @@ class BeltView:
             The items on the belt, swept over all that they may be off the plan; none in other segments.
         """
         assert self.seen.tracking is not None
-        off, (t_works, t_left) = self.seen.tracking.deviation, times_at_work(self.seen.segments)
+        off, (t_works, t_left) = self.seen.tracking.deviation, working_times(self.seen.segments)
         riding = self._swept(world, -off, off)
         swept = (riding if _stage(s, t_works, t_left) == 1 else () for s in world.plan.segments)
         return SweptFixtures(world.plan, world.before, (), (), tuple(swept))
@@ -148,7 +140,7 @@ def _stage(segment: Segment, t_works: float, t_left: float) -> int:
 
 
 def _axis_range(robot: Robot, along: Array) -> float:
-    """M over which the robot's axes along the belt may take the arm with it."""
+    """Length (m) over which the robot's axes along the belt may take the arm with it."""
     limits, T, found = robot.limits, robot.T_world_base[:3, :3], 0.0
     for joint in robot.joints:
         T = T @ joint.T_parent_joint[:3, :3]
@@ -243,8 +235,8 @@ def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
         yield Reason("not on the belt", where, f"{plan.grasp.item} is not on {tracking.conveyor}")
         return
     known = carrier.conveyor.upstream
-    end, t_left = plan.trajectory.duration, times_at_work(plan.segments)[1]
-    if (way := tracking.brought_by(end, t_left, carrier.conveyor.max_speed)) > known + LENGTH_TOLERANCE:
+    end, t_left = plan.trajectory.duration, working_times(plan.segments)[1]
+    if (way := farthest_brought(tracking, t_left, end, most)) > known + LENGTH_TOLERANCE:
         brought = f"the belt brings what was {way:.2f} m before its infeed, {known:.2f} m of that are known"
         yield Reason("lasts too long", where, brought)
     first, last = _times_in_window(plan, scene)
@@ -260,7 +252,7 @@ def _contact(plan: Plan) -> Segment:
 
 
 def _times_in_window(plan: Plan, scene: Scene) -> tuple[float, float]:
-    """S at which the item that is taken enters and leaves the window of its conveyor."""
+    """Time (s) at which the item that is taken enters and leaves the window of its conveyor."""
     assert plan.tracking is not None and plan.grasp is not None
     carrier = scene.cell.carriers[plan.tracking.conveyor]
     assert carrier.conveyor is not None
@@ -268,15 +260,3 @@ def _times_in_window(plan: Plan, scene: Scene) -> tuple[float, float]:
     travel = float((scene.find(plan.grasp.item).T_world_item[:3, 3] - T[:3, 3]) @ T[:3, 0])
     first, last = carrier.conveyor.window
     return (first - travel) / plan.tracking.speed, (last - travel) / plan.tracking.speed
-
-
-def _with_travel(plan: Plan, robot: Robot, positions: Array, velocities: Array) -> Plan:
-    """Return the plan for a robot that also travels, by (N,) m at (N,) m/s at the points."""
-    at = plan.trajectory
-    columns = (
-        (positions, at.positions),
-        (velocities, at.velocities),
-        (np.zeros(len(at.times)), at.accelerations),
-    )
-    rows = (np.column_stack(pair) for pair in columns)
-    return replace(plan, trajectory=Trajectory(robot.joint_names, at.times, *rows))

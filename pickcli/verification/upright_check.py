@@ -60,7 +60,7 @@ def check_upright(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _allowed(plan: Plan, scene: Scene) -> float | None:
-    """Rad that the held item may be tilted, by its plan and its item file; None for any."""
+    """Angle (rad) that the held item may be tilted, by its plan and its item file; None for any."""
     bounds = [plan.upright]
     if plan.recovery is None:
         bounds += [scene.item(each.held).max_tilt for each in plan.segments if each.held is not None]

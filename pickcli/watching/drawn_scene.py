@@ -41,7 +41,7 @@ class _Drawing:
         return self.plan.area
 
     def clearance(self, place: Array) -> float:
-        """M from walls and boxes."""
+        """Distance (m) from walls and boxes."""
         return min(
             [float(self.area.wall_distance(place))] + [float(b.distance(place)) for b in self.area.boxes]
         )
@@ -75,7 +75,7 @@ class _Drawing:
         return Walker(f"person {number}", rounded, speed, start, height)
 
     def _free_way(self, place: Array, way: Array) -> float:
-        """M that someone can go from a place."""
+        """Length (m) that someone can go from a place."""
         steps = np.arange(0.0, LONGEST, 0.1)
         free = [self.clearance(place + step * way) >= BESIDE for step in steps.tolist()]
         return float(steps[free.index(False) - 1]) if False in free[1:] and free[0] else LONGEST * free[0]

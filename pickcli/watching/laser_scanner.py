@@ -40,7 +40,7 @@ class LaserScanner:
 
     @property
     def longest_response(self) -> float:
-        """S from something entering the field to the request, at most, if every scan sees it."""
+        """Time (s) from something entering the field to the request, at most, if every scan sees it."""
         return self.scans * self.period + self.delay
 
     @cached_property

@@ -42,7 +42,6 @@ class VestTrack:
         mean: (4,) x, y in m and velocities in m/s, on the floor.
         covariance: (4, 4).
         log_odds: Of being a person.
-        first_time: s of the first detection.
         confirmed_time: s of the picture by which the track was confirmed first; None before.
         n_found: Number of detections.
     """
@@ -52,7 +51,6 @@ class VestTrack:
     mean: Array
     covariance: Array
     log_odds: float = FIRST_ODDS
-    first_time: float = 0.0
     confirmed_time: float | None = None
     n_found: int = 1
 
@@ -167,4 +165,4 @@ class VestTracker:
         covariance[2:, 2:] = FIRST_SPEED**2 * np.eye(2)
         self.n_tracks += 1
         mean = np.array([*place, 0.0, 0.0])
-        self.tracks.append(VestTrack(self.n_tracks, time, mean, covariance, first_time=time))
+        self.tracks.append(VestTrack(self.n_tracks, time, mean, covariance))

@@ -70,7 +70,7 @@ class WatchTruth:
 
     @property
     def delay(self) -> float:
-        """S until the truck brakes for what the vest guard knows."""
+        """Time (s) until the truck brakes for what the vest guard knows."""
         return self.watch.fields.reaction + PERIOD
 
     def note(
@@ -227,7 +227,7 @@ class WatchTruth:
         return int(absent[-1]) + 1 if len(absent) else 0
 
     def _free_travel(self, k: int) -> float | None:
-        """M of travel, with this steering angle, until the truck touches someone who stands still."""
+        """Travel (m), with this steering angle, until the truck touches someone who stands still."""
         if not self.scene.walkers:
             return None
         truck, pose = self.scene.area.truck, self.poses[k]
@@ -261,7 +261,7 @@ class WatchTruth:
         return tuple(sorted(found, key=lambda each: each.time))
 
     def _speed_towards(self, k: int, place: Array) -> float:
-        """M/s of the truck's nearest point towards a place."""
+        """Speed (m/s) of the truck's nearest point towards a place."""
         truck = self.scene.area.truck
         local = seen_from(self.poses[k], np.array([*place, 0.0]))[:2]
         half = truck.width / 2

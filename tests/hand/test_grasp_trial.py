@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from pickcli.hand.belt_hand import BeltHand
-from pickcli.hand.grasp_execution import GraspExecution, StageName
+from pickcli.hand.grasp_execution import GraspExecution
 from pickcli.hand.grasp_figures import grasp_as_json, grasp_figures
 from pickcli.hand.grasp_trial import GraspEnd, GraspTrial, PreGrasp, play_grasp
 from pickcli.hand.grasp_world import GraspWorld, Standing, WorldDeviation
 from pickcli.hand.pre_grasps import GraspPoses, pre_grasps, single_grasp
+from pickcli.hand.staged_execution import StageName
 from support.belt_hands import HAND, post
 
 
@@ -79,12 +80,13 @@ def _pulled_in(hand: BeltHand, current: float) -> dict[str, float]:
         hand, kind, np.array([hand.control.reach - 0.065, 0.01, 0.0, *np.deg2rad((10.0, 10.0))])
     )
     seen: dict[float, tuple[float, int]] = {}
+    world = GraspWorld(hand, kind, grasp.stand, grasp.start)
 
-    def look(world: GraspWorld) -> None:
+    def look() -> None:
         hinges = sum(name.endswith("hinge") for name in world.contacts("box_45 1"))
         seen[world.time] = float(world.middle_in_hand("box_45 1")[0]), hinges
 
-    execution = GraspExecution(GraspWorld(hand, kind, grasp.stand, grasp.start), kind, look)
+    execution = GraspExecution(world, kind, look)
     execution.run(grasp.goal, grasp.seconds)
     stage = next(each for each in execution.stages if each.name is StageName.PULL_IN)
     times = np.array(list(seen))

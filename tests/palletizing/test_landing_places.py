@@ -87,7 +87,7 @@ def test_places_are_those_found_one_by_one(seed: int, n: int) -> None:
         }
         given_places = {
             (round(float(low[0]), 5), round(float(low[1]), 5)): (float(low[2]), float(area), float(beside))
-            for low, area, beside in zip(places.low, places.bearing_area, places.beside, strict=True)
+            for low, area, beside in zip(places.low, places.supported_share, places.beside, strict=True)
         }
         assert given_places.keys() == expected.keys()
         for at, (z, area, beside) in given_places.items():

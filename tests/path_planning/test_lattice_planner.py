@@ -23,10 +23,10 @@ from pickcli.path_planning.lattice_planner import (
     plan_on_lattice,
     shortcut_once,
 )
-from pickcli.path_planning.path_cost import edge_costs
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.path_planning.workspace_lattice import HandGoals, WorkspaceLattice, redundant_joints
 from pickcli.scene.belt_sweep import swept_along_belt
+from support.edge_costs import edge_costs
 from support.pr2_picks import context, home, stream
 
 COARSE = LatticeResolution(

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.motion.path import JointPath
-from pickcli.path_planning.path_cost import edge_costs, estimated_duration
+from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from support.box_world import BoxWorld, space, wall
+from support.edge_costs import edge_costs
 
 
 @settings(max_examples=40, deadline=None)

@@ -10,7 +10,6 @@ import pytest
 
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.path_planning.path_cost import edge_costs
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
@@ -26,6 +25,7 @@ from pickcli.planner_benchmark.benchmark_summary import BenchmarkAttempt, Planne
 from pickcli.planner_benchmark.planner_benchmark import blocked_pairs, compare
 from pickcli.progress import Progress
 from pickcli.roadmap.trajectory_database import PayloadClass
+from support.edge_costs import edge_costs
 from support.small_cell import LEAST_EFFORT, small_cell
 
 BLOCKED = ("cam_D", "cam_L")

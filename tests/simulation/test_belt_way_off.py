@@ -34,7 +34,7 @@ class FakeEncoder:
 
 
 def to_speed(speed: float, t_change: float) -> Travel:
-    """Travel of a belt that comes to another speed at 0.5 m/s2."""
+    """Travel of a belt that comes to another speed at 0.5 m/s^2."""
 
     def travel(t: float) -> float:
         since = max(0.0, t - t_change)

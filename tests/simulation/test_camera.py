@@ -70,7 +70,7 @@ def test_a_cloud_is_seen_and_met_by_nothing(cell: Cell) -> None:
         world.wait(0.02)
     assert worlds[0].q.tobytes() == worlds[1].q.tobytes()
     ray = np.array([[-1.0, 0.0, 1.4]]), np.array([[1.0, 0.0, 1.4]])
-    assert worlds[0].engine.ray_hits(*ray) == worlds[1].engine.ray_hits(*ray)
+    assert worlds[0].engine.ray_faces(*ray) == worlds[1].engine.ray_faces(*ray)
 
 
 def test_no_wall_hides_the_motion_that_is_filmed() -> None:
@@ -80,10 +80,10 @@ def test_no_wall_hides_the_motion_that_is_filmed() -> None:
     world = World(Scene(panda, panda.T_world_pod, (), PoseNoise()), home)
     try:
         seen = np.array([world.tip[:3, 3], world.robot.T_world_base[:3, 3] + (0.0, 0.0, 0.3)])
-        hits = world.engine.ray_hits(np.tile(view.eye, (2, 1)), seen)
+        hits = world.engine.ray_faces(np.tile(view.eye, (2, 1)), seen)
     finally:
         world.close()
-    assert [name for name, _ in hits] == ["", ""]
+    assert [name for name, *_ in hits] == ["", ""]
 
 
 def test_no_wall_hides_the_places_of_a_picture() -> None:
@@ -93,7 +93,7 @@ def test_no_wall_hides_the_places_of_a_picture() -> None:
     try:
         add_statics(engine, scene)
         middles = np.array([panda.T_world_place(place)[:3, 3] for place in panda.places.values()])
-        hits = engine.ray_hits(np.tile(view.eye, (3, 1)), middles - (0.0, 0.0, 1e-3))
+        hits = engine.ray_faces(np.tile(view.eye, (3, 1)), middles - (0.0, 0.0, 1e-3))
     finally:
         engine.close()
-    assert [name for name, _ in hits] == ["mat_front_top", "mat_right_top", "tray_floor"]
+    assert [name for name, *_ in hits] == ["mat_front_top", "mat_right_top", "tray_floor"]

@@ -31,7 +31,7 @@ def test_any_pace_reaches_the_end_on_the_same_path(pace: Pace, duration: float) 
 
 
 def test_a_trajectory_within_its_limits_breaks_none() -> None:
-    # A quintic over 0.5 m in 1 s: 0.94 m/s, 2.9 m/s2, 30 m/s3.
+    # A quintic over 0.5 m in 1 s: 0.94 m/s, 2.9 m/s^2, 30 m/s^3.
     assert violations(stream(rest_to_rest(), 1e-3), ("j",), LIMITS, 1e-3) == ()
 
 

@@ -46,6 +46,12 @@ def booth() -> Any:
     return load_workcell("apple_booth").preferred
 
 
+@cache
+def belts_booth() -> Any:
+    """The cell apple_booth_belts, whose arm has a bare flange for the hand with belts."""
+    return load_workcell("apple_booth_belts").preferred
+
+
 def station_of(path: Path) -> CommissionStation:
     """A commission in its cell."""
     return CommissionStation.of(booth(), read_commission(path))

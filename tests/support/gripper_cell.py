@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
-
 from pickcli.cell.tool import ToolState
 from support.cell_copies import CellCopy, Editable
 
@@ -76,9 +74,3 @@ def with_gripper(copy: CellCopy) -> CellCopy:
 def gripper_urdf(copy: CellCopy) -> Editable:
     """The URDF of the gripper, to break."""
     return Editable(copy.folder / "gripper.urdf")
-
-
-def turned_about_z(angle: float) -> np.ndarray:
-    """Rotation (3, 3) by an angle in rad."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -14,7 +14,7 @@ from pickcli.simulation.places import location_of
 GREY = (0.5, 0.5, 0.5, 1.0)
 TIME_STEP = 1e-3  # s
 REST = 0.03  # s in which what was settled elsewhere settles here
-SPEED, RAMP = 0.25, 2.0  # m/s of a lift, m/s2 up to it
+SPEED, RAMP = 0.25, 2.0  # m/s of a lift, m/s^2 up to it
 HEIGHT = 0.18  # m: out of any crate
 AFTERWARDS = 0.4  # s
 STIFFNESS, TURNING = 2000.0, 5.0  # N/m, Nm/rad

@@ -91,8 +91,8 @@ def check_gripper(source: Source, tool: GripperModel, robot: Urdf) -> None:
         return
     _check_mirrored(source, tool, robot)
     _check_widths(source, tool, robot)
-    for k, link in enumerate(tool.fingers):
-        _check_pad(source, tool, robot, k, link)
+    for link in tool.fingers:
+        _check_pad(source, tool, robot, link)
 
 
 def check_stroke(source: Source, model: CellModel, items: Iterable[Item]) -> None:
@@ -231,7 +231,7 @@ def _check_widths(source: Source, tool: GripperModel, robot: Urdf) -> None:
         source.add(("tool", "states"), f"{text}with its fingers shut; put an open one first, e.g. {widest}")
 
 
-def _check_pad(source: Source, tool: GripperModel, robot: Urdf, k: int, link: str) -> None:
+def _check_pad(source: Source, tool: GripperModel, robot: Urdf, link: str) -> None:
     """Check that a finger is solid behind its pad and does not reach over the pad's face."""
     T_finger_tip = inverse(_T_tip_finger(tool, robot, link, 0.0))
     side, half = finger_sign(tool, robot, link), np.array(tool.pad_size) / 2 - PAD_OVERHANG

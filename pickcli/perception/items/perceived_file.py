@@ -24,7 +24,7 @@ from pickcli.files.file_kind import PERCEIVED
 from pickcli.files.schema import validate
 from pickcli.files.source import Key, Source
 from pickcli.files.yaml_reader import read_yaml
-from pickcli.geometry import Array, from_quaternion, inverse, pose, to_quaternion
+from pickcli.geometry import Array, from_quaternion, inverse, pose
 from pickcli.perception.items.item_observation import (
     FoundBy,
     ItemObservation,
@@ -41,6 +41,7 @@ from pickcli.perception.items.perceived_schema import (
 from pickcli.perception.pod_pose import PodEstimate
 from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_checks import check_boxes
+from pickcli.scene.scene_file import pose_values
 
 _UPRIGHT = 1e-3  # m and rad, by which a pod may be over the floor or tilted
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length, before it is normalised
@@ -97,12 +98,12 @@ def perceived_values(perceived: Perceived) -> dict[str, Any]:
         "cell": perceived.cell,
         "camera": perceived.camera,
         "sensor": perceived.sensor,
-        "camera_pose": _pose_values(perceived.T_world_camera),
-        **({"also_from": [_pose_values(T) for T in perceived.also_from]} if perceived.also_from else {}),
+        "camera_pose": pose_values(perceived.T_world_camera),
+        **({"also_from": [pose_values(T) for T in perceived.also_from]} if perceived.also_from else {}),
         "places": [
             {
                 "place": each.place,
-                "pose": _pose_values(each.T_world_place),
+                "pose": pose_values(each.T_world_place),
                 "seen": each.seen,
                 "items": [_item_values(item) for item in each.items],
                 "unexplained": [
@@ -227,7 +228,7 @@ def _item_values(item: ItemObservation) -> dict[str, Any]:
         "id": item.id,
         "name": item.item.name,
         "year": item.item.year,
-        "pose": None if item.T_world_item is None else _pose_values(item.T_world_item),
+        "pose": None if item.T_world_item is None else pose_values(item.T_world_item),
         "found_by": item.found_by.value,
         "confidence": item.confidence,
         "refusal": item.refusal,
@@ -238,16 +239,9 @@ def _item_values(item: ItemObservation) -> dict[str, Any]:
 
 def _pod_values(pod: PodEstimate) -> dict[str, Any]:
     return {
-        "pose": _pose_values(pod.T_world_pod),
+        "pose": pose_values(pod.T_world_pod),
         "error": dataclasses.asdict(pod.error),
         "front_error": pod.front_error,
         "explained": pod.explained,
         "pixels": pod.n_pixels,
-    }
-
-
-def _pose_values(T: Array) -> dict[str, list[float]]:
-    return {
-        "position": [float(v) for v in T[:3, 3]],
-        "quaternion": [float(v) for v in to_quaternion(T[:3, :3])],
     }

@@ -8,6 +8,7 @@ Read `intercept`, which answers a `belt_query`:
 - Without one, `arm_intercept`: all joints follow it. `belt_grasps` are found once for all places along it,
   `belt_reach` is how far the arm reaches them, `belt_meetings` orders when they are tried, `follow_bounds`
   says at once what is never met, and `followed_stitching` adds the motion of the belt to that of the arm.
-- In both, `belt_raise` lengthens the lines to where the arm may wait whatever comes, and `line_pace` slows
-  them down, so that the belt may change its speed.
+- In both, `belt_proof` binds the events in time and proves the ways free, `belt_raise` lengthens the lines
+  to where the arm may wait whatever comes, and `line_pace` slows them down, so that the belt may change its
+  speed.
 """

@@ -175,7 +175,7 @@ def why_unmet(context: PlanningContext, belt: QueryBelt, query: InterceptQuery) 
 
 
 def _soonest(context: PlanningContext, belt: QueryBelt) -> float:
-    """S from the start until the arm follows the belt at the soonest."""
+    """Time (s) from the start until the arm follows the belt at the soonest."""
     pumps = (each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP)
     return max(belt.first, SOONEST, *pumps)
 

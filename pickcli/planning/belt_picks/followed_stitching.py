@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from pickcli.collision.collision_world import build_world
 from pickcli.collision.motion_segment import MotionSegment, at_rest, scaled_segments
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
-from pickcli.io_events.event_binding import bound_events
 from pickcli.motion.plan import LineTracking, Plan, times_at_work
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
@@ -28,14 +27,15 @@ from pickcli.planning.assembly.grip_load import carried_load
 from pickcli.planning.assembly.pick_plan import pick_plan, why_too_slow
 from pickcli.planning.assembly.proven_timing import BETWEEN
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven, why_not_swept
-from pickcli.planning.belt_picks.tracked_stitching import (
+from pickcli.planning.belt_picks.belt_proof import (
     SceneSegment,
-    TimedTaking,
-    paced_leaving,
+    bound_in_time,
+    run_of,
     segments_of,
-    stretch,
+    why_not_free,
     without,
 )
+from pickcli.planning.belt_picks.tracked_stitching import TimedTaking, paced_leaving
 from pickcli.planning.pick_motion import GraspMotion, PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
@@ -77,12 +77,12 @@ class FollowedTaking:
 
     @property
     def t_contact(self) -> float:
-        """S from the beginning of the motion to the contact."""
+        """Time (s) from the beginning of the motion to the contact."""
         return self.ramp + self.taking.inward.trajectory.duration
 
     @property
     def lasts(self) -> float:
-        """S from the contact until the item is off the belt."""
+        """Time (s) from the contact until the item is off the belt."""
         return self.taking.lasts
 
     @property
@@ -203,25 +203,22 @@ def stitch_followed(
         *transfer.away,
     ]
     trajectory, segments = joined(parts)
-    rests = context.method.rests(context.cell.devices, context.settings.release_time)
-    scheduled = bound_events(context.cell, segments, trajectory, rests.taking, rests.releasing)
-    if isinstance(scheduled, Failures):
+    scheduled = bound_in_time(context, segments, trajectory)
+    if not isinstance(scheduled, tuple):
         return scheduled
-    if (missing := scheduled[1].duration - trajectory.duration) > BETWEEN:
-        return missing
     segments, trajectory, events = scheduled
     if (too_slow := why_too_slow(taking.problem, trajectory, segments, taking.motion.grasp)) is not None:
         return Failures.of(too_slow)
     n_away = sum(len(part.segments) for part in transfer.away)
-    unproven = _why_not_free(
-        meeting, followed, _proofs(meeting, carried, parts, segments, n_away), trajectory, segments
-    )
+    proofs = _proofs(meeting, carried, parts, segments, n_away)
+    at_work = partial(_why_not_free_at_work, meeting, followed, trajectory)
+    unproven = why_not_free(context, proofs, trajectory, segments, at_work)
     if unproven is not None:
         return Failures.of(unproven)
     hold = taking.problem.hold(taking.motion.grasp.face, taking.motion.attached.T_tip_item)
     taken = next(s.t_start for s in segments if s.held is not None)
     released = max(s.t_end for s in segments if s.held is not None)
-    load = carried_load(context.arm, taking.motion.holding_state, stretch(trajectory, taken, released), hold)
+    load = carried_load(context.arm, taking.motion.holding_state, trajectory.between(taken, released), hold)
     if load.ratio > context.settings.load_ratio * (1.0 + BETWEEN):
         held = f"{load} following the belt, {load.ratio:.2f} of the limit"
         return Failures.of(Reason("does not hold", str(taking.motion.grasp), held))
@@ -247,34 +244,16 @@ def _proofs(
     return found
 
 
-def _why_not_free(
-    meeting: FollowedMeeting, followed: FollowedTaking, proofs: Sequence[SceneSegment],
-    trajectory: Trajectory, segments: Sequence[Segment],
-) -> Reason | None:  # fmt: skip
-    """Explain why a motion is not proven free of the hall, or of what rides on the belt at every instant."""
-    times, context = times_at_work(segments), followed.taking.problem.context
-    for proof, segment in zip(proofs, segments, strict=True):
-        if times[0] <= segment.t_start < times[1]:
-            unproven = _why_not_free_at_work(meeting, followed, proof.segment, trajectory, segment)
-        else:
-            run = RestingRun(trajectory, np.array([segment.t_start, segment.t_end]), np.ones(1))
-            checker = context.checker_for(proof.scene, proof.segment.mode)
-            unproven = why_not_proven(run, [proof.segment], [checker])
-        if unproven is not None:
-            return unproven
-    return None
-
-
 def _why_not_free_at_work(
-    meeting: FollowedMeeting, followed: FollowedTaking, moving: MotionSegment, trajectory: Trajectory,
+    meeting: FollowedMeeting, followed: FollowedTaking, trajectory: Trajectory, proof: SceneSegment,
     segment: Segment,
 ) -> Reason | None:  # fmt: skip
     """Explain why a segment is not proven free while the tool works on the belt."""
-    problem = followed.taking.problem
+    problem, moving = followed.taking.problem, proof.segment
     context, scene, mode = problem.context, problem.scene, moving.mode
     target = {problem.target.id}
     riding = {item.id for item in scene.in_location(problem.place.name)}
-    run = RestingRun(trajectory, np.array([segment.t_start, segment.t_end]), np.ones(1))
+    run = run_of(trajectory, segment)
     hall = context.checker_for(scene, without(riding, mode))
     if (unproven := why_not_proven(run, [moving], [hall])) is not None:
         return unproven

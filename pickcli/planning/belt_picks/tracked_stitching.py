@@ -10,16 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from pickcli.collision.collision_world import build_world
-from pickcli.collision.motion_segment import Mode, MotionSegment, at_rest, scaled_segments
+from pickcli.collision.motion_segment import at_rest, scaled_segments
 from pickcli.errors import Failures, Reason
 from pickcli.grasping.holding import GripLoad
-from pickcli.io_events.event_binding import bound_events
 from pickcli.io_events.resolve import delay_segments
-from pickcli.motion.plan import LineTracking, Plan, times_at_work
+from pickcli.motion.plan import LineTracking, Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
@@ -27,6 +27,14 @@ from pickcli.planning.assembly.grip_load import carried_load
 from pickcli.planning.assembly.pick_plan import pick_plan, why_too_slow
 from pickcli.planning.assembly.proven_timing import BETWEEN
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven, why_not_swept
+from pickcli.planning.belt_picks.belt_proof import (
+    SceneSegment,
+    bound_in_time,
+    run_of,
+    segments_of,
+    why_not_free,
+    without,
+)
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit, PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.scene.scene import Scene
@@ -35,7 +43,6 @@ from pickcli.timing.line_tracking import MOST_PACE, TrackedMotion, relative_to_b
 from pickcli.timing.plan_parts import PlanPart, joined
 from pickcli.timing.timed_run import TimedRun
 
-SAME_TIME = 1e-9  # s
 PACED_LEAVING = (
     MOST_PACE**-3
 )  # of the limits: off the belt the plan still has its pace, whose cube the jerk has
@@ -63,7 +70,7 @@ class TimedTaking:
 
     @property
     def lasts(self) -> float:
-        """S from the contact until the item is off the belt."""
+        """Time (s) from the contact until the item is off the belt."""
         return self.rest + sum(part.run.trajectory.duration + part.rest for part in self.outward.parts)
 
 
@@ -142,18 +149,16 @@ def stitch_tracked(
         return timed
     relative, segments = joined([*timed.coming, *timed.tracking, *timed.leaving])
     relative, segments = delayed(relative, timed.wait), delay_segments(segments, timed.wait)
-    rests = context.method.rests(context.cell.devices, context.settings.release_time)
-    scheduled = bound_events(context.cell, segments, relative, rests.taking, rests.releasing)
-    if isinstance(scheduled, Failures):
+    scheduled = bound_in_time(context, segments, relative)
+    if not isinstance(scheduled, tuple):
         return scheduled
-    if (missing := scheduled[1].duration - relative.duration) > SAME_TIME:
-        return missing
     segments, relative, events = scheduled
     trajectory = timed.tracked.added_to(relative)
     if (too_slow := why_too_slow(taking.problem, trajectory, segments, taking.motion.grasp)) is not None:
         return Failures.of(too_slow)
     proofs = _proofs(meeting, taking, carried, timed)
-    unproven = _why_not_free(meeting, taking, proofs, trajectory, segments)
+    at_work = partial(_why_not_free_at_work, meeting, taking, trajectory)
+    unproven = why_not_free(context, proofs, trajectory, segments, at_work)
     if unproven is not None:
         return Failures.of(unproven)
     load = _load(meeting, taking, carried, timed, trajectory, segments)
@@ -266,7 +271,7 @@ def _load(
     context, motion = meeting.after.context, taking.motion
     hold = taking.problem.hold(motion.grasp.face, motion.attached.T_tip_item)
     released = max(segment.t_end for segment in segments if segment.held is not None)
-    leaving = stretch(trajectory, timed.tracked.t_leaving, released)
+    leaving = trajectory.between(timed.tracked.t_leaving, released)
     load = carried_load(context.arm, motion.holding_state, leaving, hold)
     if load.ratio > context.settings.load_ratio * (1.0 + BETWEEN):
         held = f"{load} as the axis comes to rest, {load.ratio:.2f} of the limit"
@@ -282,75 +287,8 @@ def _along(part: PlanPart, axis: int, by: float) -> PlanPart:
     return replace(part, run=replace(part.run, trajectory=shifted(part.run.trajectory, axis, by)))
 
 
-def segments_of(parts: Sequence[PlanPart]) -> list[MotionSegment]:
-    """Return the segments of parts, one for each segment of the plan.
-
-    Args:
-        parts: Parts of a plan, in their order.
-
-    Returns:
-        Their segments, without time.
-    """
-    found: list[MotionSegment] = []
-    continues = False
-    for part in parts:
-        found += list(part.segments)[1 if continues else 0 :]
-        found += [] if part.at_rest is None else [part.at_rest]
-        continues = part.continues
-    return found
-
-
-def stretch(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory:
-    """Return the points of a trajectory between two of its times.
-
-    Args:
-        trajectory: The trajectory.
-        t_start: s, the time of a point.
-        t_end: s, the time of another.
-
-    Returns:
-        These points, from 0 s on.
-    """
-    t = trajectory.times
-    kept = (t >= t_start - SAME_TIME) & (t <= t_end + SAME_TIME)
-    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
-    return Trajectory(trajectory.joint_names, t[kept] - t[kept][0], *(row[kept] for row in rows))
-
-
-@dataclass(frozen=True, eq=False)
-class SceneSegment:
-    """A segment that is to be proven.
-
-    Attributes:
-        scene: Scene in which it was planned.
-        segment: The segment.
-    """
-
-    scene: Scene
-    segment: MotionSegment
-
-
-def _why_not_free(
-    meeting: Meeting, taking: TimedTaking, proofs: Sequence[SceneSegment], trajectory: Trajectory,
-    segments: Sequence[Segment],
-) -> Reason | None:  # fmt: skip
-    """Explain why a motion is not proven free of the hall, or of what rides on the belt at every instant."""
-    times = times_at_work(segments)
-    context = taking.problem.context
-    for proof, segment in zip(proofs, segments, strict=True):
-        if times[0] <= segment.t_start < times[1]:
-            unproven = _why_not_free_at_work(meeting, taking, proof, trajectory, segment)
-        else:
-            run = RestingRun(trajectory, np.array([segment.t_start, segment.t_end]), np.ones(1))
-            checker = context.checker_for(proof.scene, proof.segment.mode)
-            unproven = why_not_proven(run, [proof.segment], [checker])
-        if unproven is not None:
-            return unproven
-    return None
-
-
 def _why_not_free_at_work(
-    meeting: Meeting, taking: TimedTaking, proof: SceneSegment, trajectory: Trajectory, segment: Segment
+    meeting: Meeting, taking: TimedTaking, trajectory: Trajectory, proof: SceneSegment, segment: Segment
 ) -> Reason | None:
     """Explain why a segment is not proven free while the tool works on the belt."""
     context, axis, mode = taking.problem.context, meeting.axis, proof.segment.mode
@@ -359,7 +297,7 @@ def _why_not_free_at_work(
     others = set(build_world(context.model, proof.scene).names) - riding
     as_seen = relative_to_belt(trajectory, axis, meeting.speed, taking.t_planned)
     # What is worked on is met where it is planned to be: displaced, the touch would count as too deep.
-    run = RestingRun(as_seen, np.array([segment.t_start, segment.t_end]), np.ones(1))
+    run = run_of(as_seen, segment)
     met = context.checker_for(proof.scene, without(others | riding - target, mode))
     if (unproven := why_not_proven(run, [proof.segment], [met])) is not None:
         return unproven
@@ -372,16 +310,3 @@ def _why_not_free_at_work(
     anywhere = (limits.lower[axis] - q, limits.upper[axis] - q)
     hall = context.checker_for(proof.scene, without(riding, mode))
     return why_not_swept(trajectory, segment, hall, axis, anywhere)
-
-
-def without(absent: set[str], mode: Mode) -> Mode:
-    """Return a mode in which some bodies and items of the world are absent.
-
-    Args:
-        absent: Their names.
-        mode: The mode.
-
-    Returns:
-        The mode without them.
-    """
-    return replace(mode, contacts=replace(mode.contacts, absent=mode.contacts.absent | absent))

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from pickcli.cell.tool import ToolState
-from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.motion_segment import Mode
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.envelope import Envelope
@@ -57,7 +56,7 @@ def region_candidates(
 
 def _envelopes(problem: PickProblem, state: ToolState) -> tuple[Envelope, ...]:
     """Return the envelopes of the target in one state of the tool."""
-    return problem.context.method.envelopes(problem.target.item, _tool(problem, Mode(state)).depth)
+    return problem.context.method.envelopes(problem.target.item, problem.tool_checker(Mode(state)).depth)
 
 
 def _candidates_in(
@@ -89,11 +88,6 @@ def _waiting(problem: PickProblem) -> Array:
 
 def _clearest(problem: PickProblem, mode: Mode, T_item_tip: Array) -> Array:
     """Return the poses (N_TOLD, 4, 4) of some (N, 4, 4) at which the tool is farthest from everything."""
-    tool = _tool(problem, mode)
+    tool = problem.tool_checker(mode)
     chosen, _ = tool.clearest(tool.displacements(problem.target.T_world_item @ T_item_tip), N_TOLD)
     return np.asarray(T_item_tip[chosen])
-
-
-def _tool(problem: PickProblem, mode: Mode) -> FreeToolChecker:
-    axes = problem.T_world_entry[:3, :3]
-    return problem.context.checkers.tool(problem.scene, mode.tool_state, axes, mode.contacts)

@@ -241,11 +241,6 @@ def _held(problem: PickProblem, grasp: Grasp, ways: Sequence[Array]) -> list[Arr
     return [poses for poses, ratio in zip(ways, worst.tolist(), strict=True) if ratio <= most]
 
 
-def _checker(problem: PickProblem, mode: Mode) -> FreeToolChecker:
-    axes = problem.T_world_entry[:3, :3]
-    return problem.context.checkers.tool(problem.scene, mode.tool_state, axes, mode.contacts)
-
-
 def _slow_distance(problem: PickProblem) -> float:
     """Return the length in m of the slow motion before the tool can meet the target."""
     return 0.0 if problem.context.method.closes_at_rest else CONTACT_DISTANCE
@@ -265,17 +260,17 @@ def _touch(problem: PickProblem, face: str, T_item_tip: Array, T_world_tip: Arra
 
 
 def _approaching(problem: PickProblem, face: str, tool_state: ToolState) -> FreeToolChecker:
-    return _checker(problem, Mode(tool_state, contacts=problem.contacts.while_approaching(face)))
+    return problem.tool_checker(Mode(tool_state, contacts=problem.contacts.while_approaching(face)))
 
 
 def _at_target(problem: PickProblem, face: str, tool_state: ToolState) -> tuple[FreeToolChecker, ...]:
     """Return the checkers of the tool at the target."""
     modes = problem.context.method.at_target(problem.contacts, face, tool_state)
-    return tuple(_checker(problem, mode) for mode in modes)
+    return tuple(problem.tool_checker(mode) for mode in modes)
 
 
 def _carrying(problem: PickProblem, face: str, tool_state: ToolState) -> FreeToolChecker:
-    return _checker(problem, problem.context.method.carrying(problem.contacts, face, tool_state))
+    return problem.tool_checker(problem.context.method.carrying(problem.contacts, face, tool_state))
 
 
 def _all_valid(tool: FreeToolChecker, ways: Sequence[Array]) -> NDArray[np.bool_]:

@@ -1,0 +1,233 @@
+"""Takes an object with the hand at an arm and sets it down elsewhere: plans and stages in one world.
+
+Plans lead the arm to before the grasp, over the place and home; in between it holds the hand compliantly, and
+the hand's controller closes, pulls in and lifts, or sets down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cell.shapes import Body, Shape
+from pickcli.geometry import Array, pose, rotation_from_vector
+from pickcli.grasping.envelope import Envelope
+from pickcli.hand.arm_motions import (
+    HELD_MARGIN,
+    RAISED,
+    Carried,
+    CertifiedMotion,
+    HeldObject,
+    plan_home,
+    plan_to_place,
+    plan_to_pre_grasp,
+)
+from pickcli.hand.arm_world import ArmWorld
+from pickcli.hand.belt_hand import GraspObject
+from pickcli.hand.grasp_execution import GraspExecution
+from pickcli.hand.grasp_trial import LIFTED, GraspEnd, GraspWatch, is_enveloped, judged
+from pickcli.hand.place_execution import PlaceExecution
+from pickcli.hand.pre_grasp_envelope import aperture
+from pickcli.hand.staged_execution import GraspStage, StagedExecution
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.seeds import derived_rng, derived_seed
+from pickcli.simulation.motion_recorder import MotionRecorder
+from pickcli.simulation.plan_record import PlanRecord
+from pickcli.simulation.plan_run import PlanRun
+
+REACHING_DOWN = 0.025  # m that what is held is lowered beyond where it should stand
+STAYING = 2.0  # A of the closing motor, with which open fingers stay where they are while the arm moves
+
+
+class HandStoppedError(Exception):
+    """A motion or a stage was stopped, and the arm is to be brought home by hand."""
+
+
+@dataclass(frozen=True, eq=False)
+class ArmGrasp:
+    """A grasp that was played.
+
+    Attributes:
+        end: What it came to.
+        held: Ids of the lifted items.
+        is_enveloping: Whether the fingers lie around the one that is held.
+        stages: Stages of the hand.
+        most_force: N, largest force of an item on a pad.
+    """
+
+    end: GraspEnd
+    held: tuple[str, ...]
+    is_enveloping: bool
+    stages: tuple[GraspStage, ...]
+    most_force: float
+
+
+class ArmHandling:
+    """The arm with its hand in a world.
+
+    Attributes:
+        world: The world.
+        motions: Certified motions that were executed, in order.
+        records: How each went.
+        stages: Stages of the hand, in order.
+
+    Args:
+        world: The world.
+        home: (n,) rad, where the arm rests between items.
+        noise: Bounds of the errors with which poses in the hand are seen.
+        recorder: Notes executions of plans.
+        seed: Seed of all planning and of these errors.
+    """
+
+    def __init__(
+        self, world: ArmWorld, home: Array, noise: PoseNoise, recorder: MotionRecorder, seed: int
+    ) -> None:
+        self.world, self.home, self.noise, self.seed = world, home, noise, seed
+        self.recorder = recorder
+        self.motions: list[CertifiedMotion] = []
+        self.records: list[PlanRecord] = []
+        self.stages: list[GraspStage] = []
+        world.hand.motor.set_point = STAYING
+
+    def approach(self, seen: Scene, envelopes: Sequence[Envelope], T_world_object: Array) -> None:
+        """Move the open hand into an envelope.
+
+        Args:
+            seen: The scene as perceived.
+            envelopes: Of which any will do.
+            T_world_object: (4, 4) of their frame.
+
+        Raises:
+            NoPlanError: There is no certified motion.
+            HandStoppedError: It was stopped on the way.
+        """
+        self._run(
+            plan_to_pre_grasp(
+                seen, self._carried(), self.world.q, envelopes, T_world_object, self._next_seed()
+            )
+        )
+
+    def grasp(self, kind: GraspObject, reached_for: Sequence[str]) -> ArmGrasp:
+        """Close, pull in and lift.
+
+        Args:
+            kind: The object for which currents are set.
+            reached_for: Ids of the items that the hand may touch.
+
+        Returns:
+            What it came to.
+        """
+        world = self.world
+        world.reach_for(frozenset(reached_for))
+        before = {name: float(world.pose(name)[2, 3]) for name in reached_for}
+        world.arm.comply()
+        watch = GraspWatch(world)
+        execution = GraspExecution(world, kind, watch)
+        execution.grasp()
+        rise = LIFTED * world.hand.hand.control.lift
+        held = tuple(name for name in reached_for if float(world.pose(name)[2, 3]) - before[name] > rise)
+        world.arm.follow()
+        if not execution.is_stopped:
+            world.reach_for(frozenset(held) or frozenset(reached_for))
+        self.stages += execution.stages
+        end = GraspEnd.STOPPED if execution.is_stopped else judged(held, watch)
+        around = len(held) == 1 and is_enveloped(world, kind, held[0])
+        return ArmGrasp(end, held, around, tuple(execution.stages), watch.most_force)
+
+    def transfer(self, seen: Scene, names: Sequence[str], T_world_item: Array) -> None:
+        """Bring what is held to just over a place.
+
+        Args:
+            seen: The scene as perceived.
+            names: Ids of what is held; the first one goes to the place.
+            T_world_item: (4, 4) where that is to stand.
+
+        Raises:
+            NoPlanError: There is no certified motion.
+            HandStoppedError: It was stopped on the way.
+        """
+        world = self.world
+        items = [world.scene.find(name).item for name in names]
+        poses = [self._seen_in_hand(name) for name in names]
+        solids = tuple(
+            Body(name, item.shape.inflated(HELD_MARGIN), T)
+            for name, item, T in zip(names, items, poses, strict=True)
+        )
+        carried = replace(self._carried(), held=solids, mass=sum(item.mass for item in items))
+        others = replace(seen, items=tuple(each for each in seen.items if each.id not in names))
+        held = HeldObject(poses[0], T_world_item, len(items[0].shape.size) == 2)
+        self._run(plan_to_place(others, carried, world.q, held, self._next_seed()))
+
+    def set_down(self) -> None:
+        """Lower what is held onto its place, let go and back off. Raises HandStoppedError."""
+        self._place(RAISED + REACHING_DOWN)
+
+    def put_back(self) -> None:
+        """Lower what is held to where it was lifted from, let go and back off. Raises HandStoppedError."""
+        self._place(self.world.hand.hand.control.lift + REACHING_DOWN)
+
+    def _place(self, deepest: float) -> None:
+        execution = PlaceExecution(self.world)
+        self._carry_out(execution, lambda: execution.place(deepest))
+        self.world.reach_for(frozenset())
+
+    def go_home(self, seen: Scene) -> None:
+        """Move home by a certified plan.
+
+        Args:
+            seen: The scene as perceived.
+
+        Raises:
+            NoPlanError: There is no certified motion.
+            HandStoppedError: It was stopped on the way.
+        """
+        self._run(plan_home(seen, self._carried(), self.world.q, self.home, self._next_seed()))
+
+    def leave(self) -> None:
+        """Open the hand and back off from where a grasp failed. Raises HandStoppedError."""
+        execution = PlaceExecution(self.world)
+        self._carry_out(execution, execution.leave)
+        self.world.reach_for(frozenset())
+
+    def prepare(self, shape: Shape) -> None:
+        """Open the hand where it is to the aperture for an object. Raises HandStoppedError.
+
+        Args:
+            shape: Shape of the object.
+        """
+        execution = PlaceExecution(self.world)
+        self._carry_out(execution, lambda: execution.open_to(aperture(self.world.hand.hand, shape)))
+
+    def _seen_in_hand(self, name: str) -> Array:
+        """Return the pose (4, 4) of an item in the hand as the palm's camera sees it, with errors."""
+        rng, noise = derived_rng("seen in hand", self.seed, name, len(self.motions)), self.noise
+        off = rng.uniform(-1.0, 1.0, (2, 3)) / np.sqrt(3.0)
+        error = pose(noise.position * off[0], R=rotation_from_vector(noise.angle * off[1]))
+        return np.asarray(self.world.pose_in_hand(name) @ error)
+
+    def _carried(self) -> Carried:
+        return Carried(self.world.hand.hand, self.world.hand.fingers.copy())
+
+    def _next_seed(self) -> int:
+        return derived_seed("arm with a hand", self.seed, len(self.motions))
+
+    def _run(self, motion: CertifiedMotion) -> None:
+        noted = self.recorder.begin(motion.plan, self.world)
+        run = PlanRun(motion.plan, self.world, on_progress=lambda progress: noted.note(self.world, progress))
+        run.play()
+        noted.t_end = self.world.t
+        self.motions.append(motion)
+        self.records.append(run.record())
+        if run.stop is not None:
+            raise HandStoppedError(f"{motion.plan.query}: {run.stop}")
+
+    def _carry_out(self, execution: StagedExecution, act: Callable[[], None]) -> None:
+        """Carry stages out while the arm is compliant. Raises HandStoppedError."""
+        self.world.arm.comply()
+        act()
+        self.stages += execution.stages
+        self.world.arm.follow()
+        if execution.is_stopped:
+            raise HandStoppedError(f"{execution.stages[-1].name.value}: a torque beyond its threshold")

@@ -1,0 +1,79 @@
+"""Cartesian impedance of an arm at the hand: tau = J^T (K (x_d - x) - D dx) + gravity, by torque control.
+
+Source: Hogan, "Impedance control", 1985; of the wrist that gives way in the horizontal plane: Krug et al.
+(RA-L 2016, section III-C).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pickcli.geometry import Array, rotation_rpy, rotation_vector, to_rpy
+from pickcli.hand.belt_hand import Wrist
+
+IDLE_DAMPING = 4.0  # Nms/rad of joint motion that does not move the hand
+
+
+@dataclass
+class ArmImpedance:
+    """The state of the impedance control.
+
+    Attributes:
+        wrist: Its figures.
+        mass: kg with which the damping is critical.
+        wanted: (6,) m and rad of the hand in the world: x, y, z, yaw, pitch, roll.
+        is_level_soft: Whether it is soft in the horizontal plane.
+        stretched: (6,) N and Nm with which spring and damper act on the hand, along and about the axes of the
+            world, in the last step.
+    """
+
+    wrist: Wrist
+    mass: float
+    wanted: Array = field(default_factory=lambda: np.zeros(6))
+    is_level_soft: bool = False
+    stretched: Array = field(default_factory=lambda: np.zeros(6))
+
+    def hold(self, T_world_hand: Array) -> None:
+        """Want a pose from now on, stiff in all directions.
+
+        Args:
+            T_world_hand: (4, 4).
+        """
+        self.wanted = np.concatenate([T_world_hand[:3, 3], to_rpy(T_world_hand[:3, :3])[::-1]])
+        self.is_level_soft = False
+
+    def efforts(self, T_world_hand: Array, jacobian: Array, dq: Array, gravity: Array) -> Array:
+        """Compute the efforts of the arm's joints.
+
+        Args:
+            T_world_hand: (4, 4) pose of the hand.
+            jacobian: (6, n) of the hand's frame in axes of the world: m/s, then rad/s.
+            dq: (n,) rad/s.
+            gravity: (n,) Nm that bear arm and hand.
+
+        Returns:
+            (n,) Nm.
+        """
+        wrist = self.wrist
+        level = wrist.level if self.is_level_soft else wrist.stiff
+        K = np.array([level, level, wrist.stiff, *[wrist.turning] * 3])
+        D = 2.0 * wrist.damping * np.sqrt(K * np.array([self.mass] * 3 + [wrist.inertia] * 3))
+        yaw, pitch, roll = self.wanted[3:]
+        turn = rotation_vector(rotation_rpy(roll, pitch, yaw) @ T_world_hand[:3, :3].T)
+        off = np.concatenate([self.wanted[:3] - T_world_hand[:3, 3], turn])
+        self.stretched = K * off - D * (jacobian @ dq)
+        idle = dq - np.linalg.pinv(jacobian) @ (jacobian @ dq)
+        return np.asarray(jacobian.T @ self.stretched - IDLE_DAMPING * idle + gravity)
+
+    @property
+    def is_overloaded(self) -> bool:
+        """Whether any force or torque is beyond its threshold."""
+        linear, angular = np.abs(self.stretched[:3]).max(), np.abs(self.stretched[3:]).max()
+        return bool(linear > self.wrist.most_force or angular > self.wrist.most_torque)
+
+    @property
+    def lifting(self) -> float:
+        """N upwards with which it bears what the hand holds."""
+        return float(self.stretched[2])
