@@ -246,7 +246,7 @@ class CommissionTruck:
         return self.drives[-1]
 
     def _clearance(self, area: DrivingArea, poses: Array) -> float:
-        """M that truck and raised pallet truly were from walls and boxes, the pallet where it truly is."""
+        """Least distance of truck and raised pallet from walls and boxes, m, the pallet where it truly is."""
         if not self.is_raised or self.on_forks is None:
             return float(clearances(area, poses).min())
         bare, shape = self.station.commission.area.truck, self.station.commission.pallet.shape
