@@ -26,13 +26,14 @@ from pickcli.driving.steering_path import seen_from
 from pickcli.geometry import Array
 from pickcli.seeds import derived_rng
 from pickcli.watching.drawn_scene import draw_watched_scene
+from pickcli.watching.drive_watch import Guards
 from pickcli.watching.flash_pictures import FlashRenderer
 from pickcli.watching.vest_detection import find_vests
 from pickcli.watching.watch_file import Watch, read_watch, watch_file
 from pickcli.watching.watch_truth import IN_VIEW, NEAR
 from pickcli.watching.watched_drive import WatchedDrive
 from pickcli.watching.watched_scene import Reflector, ReflectorKind, SunPatch, Walker, WatchedScene
-from pickcli.watching.zone_watch import Guards, watch_zone
+from pickcli.watching.zone_watch import watch_zone
 
 POSE = np.array([1.5, 0.0, 0.0])  # of the truck in pictures
 N_PEOPLE, N_REFLECTORS, N_BOXES = 4, 4, 4

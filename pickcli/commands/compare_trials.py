@@ -26,13 +26,15 @@ HEAD = ("mean of a trial", "A", "B", "B - A", "95 %", "p")
 def command(first: Path, second: Path, as_json: bool) -> None:
     """Compare two folders of trials, and test whether the difference is more than chance.
 
-    Trials are paired by order and seed, and the share of the points decides: an exact sign-flip test of the
-    differences, with the interval that belongs to it.
+    Trials are paired by order and seed, and the share of the points decides, of commissions their success:
+    an exact sign-flip test of the differences, with the interval that belongs to it.
 
     \b
     Example:
       apc compare-trials runs/before runs/after
     """
+    from pickcli.commission.commission_comparison import COMMISSIONS
+    from pickcli.commission.commission_trials import are_commissions, read_commission_trials
     from pickcli.monte_carlo.trial_comparison import TrialComparison
     from pickcli.monte_carlo.trials_folder import read_trials, require_folder
 
@@ -40,7 +42,18 @@ def command(first: Path, second: Path, as_json: bool) -> None:
         require_folder(folder)
     if first.samefile(second):
         raise InputError(f"{first} and {second} are one folder; name two different ones")
-    found = TrialComparison.of((str(first), str(second)), read_trials(first), read_trials(second))
+    names, kinds = (str(first), str(second)), [are_commissions(each) for each in (first, second)]
+    if kinds[0] != kinds[1]:
+        ours, other = names if kinds[0] else reversed(names)
+        raise InputError(
+            f"{ours} has trials of commissions and {other} others, which have other figures; compare two "
+            "runs of one kind"
+        )
+    if kinds[0]:
+        records = read_commission_trials(first), read_commission_trials(second)
+        found = TrialComparison.of(names, *records, COMMISSIONS)
+    else:
+        found = TrialComparison.of(names, read_trials(first), read_trials(second))
     if as_json:
         emit_json(found.values())
         return

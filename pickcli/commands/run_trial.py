@@ -21,6 +21,7 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
+from pickcli.commands.people_options import PeopleOptions, people_options, refuse_people
 from pickcli.commands.played_commission import is_commission, play_commission_file
 from pickcli.commands.played_pallet import is_pallet, play_pallet_file
 from pickcli.commands.played_stream import is_stream, play_stream_file, refuse_stream_rule, stream_rule_option
@@ -55,13 +56,15 @@ if TYPE_CHECKING:
               help="Write the plan of every attempt, too, and the scene that it was certified "
                    "for.")  # fmt: skip
 @stream_rule_option
+@people_options
 @trial_options
 @learn_option
 @seed_option
 @json_option
 def command(
     order_path: Path, output: Path | None, overwrite: bool, live: bool, live_port: int | None,
-    with_plans: bool, stream_rule: str, options: TrialOptions, learn: bool, seed: int, as_json: bool,
+    with_plans: bool, stream_rule: str, people: PeopleOptions, options: TrialOptions, learn: bool, seed: int,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order in simulation, by the rules, and score it.
 
@@ -79,9 +82,15 @@ def command(
     from pickcli.cell.cell_file import load_workcell
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.order import require_playable
-    from pickcli.trial.order_file import order_file, read_order
+    from pickcli.trial.order_file import order_file, read_order, refuse_unknown_task
     from pickcli.trial.trial_folder import LOOKS, PLANS, write_folder
 
+    if is_commission(order_path):
+        refuse_stream_rule()
+        folder = output or Path("runs") / f"{order_path.stem}-{seed}"
+        play_commission_file(order_path, folder, overwrite, (options, people), with_plans, seed, as_json)
+        return
+    refuse_people()
     if is_stream(order_path):
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
         play_stream_file(order_path, folder, overwrite, options, stream_rule, with_plans, seed, as_json)
@@ -91,14 +100,11 @@ def command(
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
         play_pallet_file(order_path, folder, overwrite, options, with_plans, seed, as_json)
         return
-    if is_commission(order_path):
-        folder = output or Path("runs") / f"{order_path.stem}-{seed}"
-        play_commission_file(order_path, folder, overwrite, options, with_plans, seed, as_json)
-        return
     workcell = load_workcell(options.cell_name, options.items_path)
     reality = read_reality(options.reality_path)
     cells = options.cells(workcell)
     cell = cells[0]
+    refuse_unknown_task(order_path, cell)
     order = require_playable(read_order(order_path, cell), str(order_path))
     refuse_stow_rule([order])
     options.refuse_misplaced(reality, cell, [order], seed)

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from pickcli.commands.build_options import scheduler_option
-from pickcli.commands.building import building
-from pickcli.commands.command import Command, emit_json
+from pickcli.commands.command import Command
 from pickcli.commands.option_types import PATH
-from pickcli.commands.options import (
-    json_option,
-    refuse_reading,
-)
+from pickcli.commands.options import json_option
+from pickcli.commands.people_options import PeopleOptions, people_options, refuse_people
+from pickcli.commands.played_commissions import are_all_commissions, play_commission_files
 from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
+from pickcli.commands.trials_output import (
+    TrialsFolder,
+    cell_files,
+    content_digest,
+    played_trials,
+    stored_files,
+)
 from pickcli.errors import InputError
 from pickcli.perception.textures.sift_views import NO_SIFT
 
@@ -76,29 +78,35 @@ def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value:
     "--overwrite", is_flag=True,
     help="Replace trials.json, trials.html and the files of trials in a folder that exists.",
 )  # fmt: skip
+@people_options
 @trial_options
 @scheduler_option
 @json_option
 def command(
     order_paths: tuple[Path, ...], seeds: tuple[int, ...], output: Path, overwrite: bool,
-    options: TrialOptions, scheduler: str | None, as_json: bool,
+    people: PeopleOptions, options: TrialOptions, scheduler: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Play orders with many seeds, and report the distribution of scores.
 
     Each ORDER (a file, or the name of one under data/tasks) is played with each seed as by run-trial, which
     writes its files to OUTPUT/ORDER-SEED. Statistics of all trials are written to trials.json and
-    trials.html: scores, success by item and place with 95 % intervals, causes of failure, times. An
-    interrupted run continues when the same command is given again.
+    trials.html: scores, success by item and place with 95 % intervals, causes of failure, times. Instead
+    of orders these may be commissions (docs/formats/commission.md): how often the whole chain succeeds, its
+    times, and the steps that fail. An interrupted run continues when the same command is given again.
 
     \b
     Example:
       apc run-trials jsk_pick_sample delft_pick_2 --seeds 0:20 --jobs 2 -o runs/many
     """
     from pickcli.cell.cell_file import load_workcell
-    from pickcli.monte_carlo.trials_folder import refuse_trials_folder
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.order_file import order_file
 
+    folder = TrialsFolder(output, overwrite, scheduler, as_json)
+    if are_all_commissions(order_paths):
+        play_commission_files(order_paths, seeds, folder, options, people)
+        return
+    refuse_people()
     workcell = load_workcell(options.cell_name, options.items_path)
     reality = read_reality(options.reality_path)
     cells = options.cells(workcell)
@@ -106,104 +114,42 @@ def command(
     refuse_stow_rule(orders.values())
     options.refuse_misplaced(reality, cells[0], orders.values(), seeds[0])
     files = [order_file(path, cells[0]) for path in order_paths]
-    refuse_trials_folder(output, overwrite, [f"{name}-{seed}" for name in orders for seed in seeds])
-    for name in ("trials.json", "trials.html"):
-        refuse_reading(output / name, *files, *options.inputs)
+    folder.refuse(orders, seeds, *files, *options.inputs)
 
     from pickcli.jobs.job import sources_digest
     from pickcli.monte_carlo.trial_job import TrialJob
+    from pickcli.monte_carlo.trials_folder import order_summary
+    from pickcli.page.trials_page import trials_page
 
     conditions = options.conditions(reality)
     contexts = options.planning_contexts(cells)
-    stored = [path for each in cells for path in _stored_files(each, options.roadmap, options.trajectories)]
+    stored = [path for each in cells for path in stored_files(each, options.roadmap, options.trajectories)]
     job = TrialJob(
         orders, {path.stem: path.name for path in order_paths},
         tuple(trial_arm(workcell, context) for context in contexts), conditions,
-        _digest([*files, *stored, *_cell_files(options.cell_name, options.items_path)]), sources_digest(),
+        content_digest([*files, *stored, *cell_files(options.cell_name, options.items_path)]),
+        sources_digest(),
     )  # fmt: skip
-    report = _play(job, seeds, output, overwrite, (options.jobs, scheduler, as_json))
-    if as_json:
-        emit_json({"path": str(output), **report.summary})
-    else:
-        click.echo("\n".join(_lines(report, output)))
+    report = played_trials(
+        job, seeds, folder, options.jobs, _made_from(job, seeds), order_summary, trials_page
+    )
+    folder.tell(report, _lines(report))
 
 
 def _orders(paths: Sequence[Path], cell: Cell) -> dict[str, Order]:
     """Read the orders by name. Raises InputError for two of one name, and for unplayable ones."""
     from pickcli.random_scenes.make_scene import refuse_too_much
     from pickcli.trial.order import require_playable
-    from pickcli.trial.order_file import read_order
+    from pickcli.trial.order_file import read_order, refuse_unknown_task
 
     orders: dict[str, Order] = {}
     for path in paths:
         if path.stem in orders:
             raise InputError(f"{path}: a second order of the name {path.stem}; rename it, or name it once")
+        refuse_unknown_task(path, cell)
         orders[path.stem] = require_playable(read_order(path, cell), str(path))
         refuse_too_much(orders[path.stem].contents, cell, orders[path.stem].year, str(path))
     return orders
-
-
-def _stored_files(cell: Cell, roadmap: Path | None, trajectories: Path | None) -> list[Path]:
-    from pickcli.precompute.artifact_cache import default_paths
-
-    default = default_paths(cell)
-    return [roadmap or default.roadmap, trajectories or default.trajectories]
-
-
-def _cell_files(cell_name: str, items_path: Path | None) -> list[Path]:
-    """Return the files that describe the cell and its items."""
-    from pickcli.cell.data_path import data_path
-
-    named = data_path() / "cells" / cell_name
-    folder = named if named.is_dir() else Path(cell_name)
-    folder = folder if folder.is_dir() else folder.parent
-    own = (
-        [] if items_path is None else [items_path] if items_path.is_file() else [*items_path.rglob("*.yaml")]
-    )
-    return [*folder.rglob("*.yaml"), *folder.rglob("*.urdf"), *(data_path() / "items").rglob("*.yaml"), *own]
-
-
-def _digest(paths: Iterable[Path]) -> str:
-    """Compute the SHA-256 of the contents of files, independent of their folders."""
-    contents = sorted(hashlib.sha256(path.read_bytes()).hexdigest() for path in paths if path.is_file())
-    return hashlib.sha256("".join(contents).encode()).hexdigest()
-
-
-def _play(
-    job: TrialJob, seeds: Sequence[int], output: Path, overwrite: bool,
-    who: tuple[int | None, str | None, bool],
-) -> TrialsReport:  # fmt: skip
-    """Play the trials and write the folder. An interrupted run keeps its trials in a journal there."""
-    from pickcli.jobs.job_run import Build
-    from pickcli.monte_carlo.trials_folder import SUMMARY, is_interrupted, play_trials, write_trials
-    from pickcli.page.html_page import page_bytes
-    from pickcli.page.trials_page import trials_page
-
-    jobs, scheduler, as_json = who
-    replaced = overwrite or is_interrupted(output)
-    is_new = not output.exists()
-    output.mkdir(parents=True, exist_ok=True)
-    summary = output / SUMMARY
-    with (
-        _removed_if_empty(output, is_new),
-        building("playing", summary, jobs, as_json, scheduler) as run_options,
-    ):
-        build = Build(job, replace(run_options, output=summary))
-        report = play_trials(build, job, seeds, _made_from(job, seeds))
-        page = page_bytes(trials_page(report.records))
-        write_trials(output, report, page, replaced)
-        build.finish()
-    return report
-
-
-@contextmanager
-def _removed_if_empty(folder: Path, is_new: bool) -> Iterator[None]:
-    """Remove a folder that was made for results when there are none."""
-    try:
-        yield
-    finally:
-        if is_new and not any(folder.iterdir()):
-            folder.rmdir()
 
 
 def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
@@ -241,10 +187,10 @@ def _shift(stated: Displacement | str | None, is_random: bool) -> Any:
     return shift if isinstance(shift, str) else asdict(shift)
 
 
-def _lines(report: TrialsReport, output: Path) -> list[str]:
+def _lines(report: TrialsReport) -> list[str]:
     """Format the most important results."""
     from pickcli.monte_carlo.success_rate import SuccessRate
-    from pickcli.monte_carlo.trials_folder import PAGE, SUMMARY
+    from pickcli.monte_carlo.trials_folder import PAGE
 
     summary = report.summary
     share, rate, clock = summary["score_share"], summary["delivered"], summary["statistics"]
@@ -252,7 +198,7 @@ def _lines(report: TrialsReport, output: Path) -> list[str]:
     within = "" if between is None else f" (95 %: {between[0]:.1%} to {between[1]:.1%})"
     done = SuccessRate(rate["successes"], rate["tries"])
     low, high = done.interval
-    lines = [
+    return [
         f"{share['n']} trials: {share['mean']:.1%} of the points on average{within}, "
         f"{share['median']:.1%} in the median, {share['min']:.1%} in the worst",
         f"delivered: {done.successes} of {done.tries} targets, {done.share:.1%} "
@@ -268,7 +214,6 @@ def _lines(report: TrialsReport, output: Path) -> list[str]:
         ),
         *(f"not played: {name}: {why}" for name, why in report.not_stowed.items()),
     ]
-    return [*lines, f"wrote {output / SUMMARY}", f"wrote {output / PAGE}"]
 
 
 def _times(motion: dict[str, Any], clock: dict[str, Any]) -> list[str]:

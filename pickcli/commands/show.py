@@ -267,9 +267,13 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
 
 
 def _trials(folder: Path) -> PageDocument:
+    from pickcli.commission.commission_trials import are_commissions, read_commission_trials
     from pickcli.monte_carlo.trials_folder import read_trials
+    from pickcli.page.commission_trials_page import commission_trials_page
     from pickcli.page.trials_page import trials_page
 
+    if are_commissions(folder):
+        return commission_trials_page(read_commission_trials(folder))
     return trials_page(read_trials(folder))
 
 

@@ -65,11 +65,12 @@ def command(
     from pickcli.driving.driving_area_file import read_driving_area
     from pickcli.files.atomic_write import write_text
     from pickcli.watching.drawn_scene import draw_watched_scene
+    from pickcli.watching.drive_watch import Guards
     from pickcli.watching.watch_file import read_watch, watch_file
     from pickcli.watching.watch_svg import watch_svg
     from pickcli.watching.watched_drive_file import write_watched_drive
     from pickcli.watching.watched_scene_file import read_watched_scene
-    from pickcli.watching.zone_watch import Guards, watch_zone
+    from pickcli.watching.zone_watch import watch_zone
 
     watch_path = watch_file(watch_name)
     refuse_output(output, overwrite, area_path, watched_path, watch_path)

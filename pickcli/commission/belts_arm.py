@@ -14,7 +14,6 @@ from pickcli.commission.commission import LOAD, PALLET
 from pickcli.commission.commission_arm import (
     QUERY_CHARGE,
     RESET_TIME,
-    SETTLING,
     CommissionArm,
     CommissionTransfer,
     LoadWorld,
@@ -30,6 +29,8 @@ from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.scene_bodies import true_masses
 from pickcli.trial.scene_plan import ScenePlan
+
+SETTLING = 0.2  # s after which an item that was set down is at rest
 
 
 class BeltsArm(CommissionArm):

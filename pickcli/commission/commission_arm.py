@@ -41,7 +41,6 @@ from pickcli.trial.standing_items import standing
 from pickcli.verification.verify import verify
 
 QUERY_CHARGE = 0.3  # s for each query, in which the arm rests
-SETTLING = 0.2  # s after which an item that was set down is at rest
 RESET_TIME = 10.0  # s after a protective stop until the arm is at home again, by hand
 AT_HOME = 0.01  # rad, within which the arm counts as at home
 
@@ -241,7 +240,6 @@ class CommissionArm:
         Raises:
             ActionError: There is no certified plan, and the arm did not move.
         """
-        world = self._there()
         if not self.is_on_load(name):
             raise ActionError(f"{name} is not on the load")
         place = self.station.stated(self._placements[name])
@@ -251,8 +249,7 @@ class CommissionArm:
         def planned(seen: Scene, certify: Certify) -> Plan:
             return plan_pick(self.context, seen, query, start, seed, certify=certify)
 
-        plan, trouble = self._moved(planned)
-        world.wait(SETTLING)
+        plan, trouble = self._moved(planned)  # whose end, from the fingers' opening on, lets the item settle
         off = self.item_off(name) if self._has(name) else None
         parts = tuple((str(each.kind), each.t_end - each.t_start) for each in plan.segments)
         return CommissionTransfer(off, trouble, parts)

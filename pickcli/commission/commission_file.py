@@ -180,7 +180,10 @@ def _mistakes(model: CommissionModel) -> Iterator[tuple[tuple[str, ...], str]]:
             yield ("filled",), "low is not below high in x and y; exchange them"
         elif (low < -half).any() or (high > half).any():
             deck = f"{-half[0]:g} to {half[0]:g} and {-half[1]:g} to {half[1]:g} m"
-            yield ("filled",), f"is not on the deck, which is from {deck}; make it smaller"
+            if model.pallet.kind == "half":
+                yield ("pallet", "kind"), f"what is filled is not on a half one, from {deck}; state another"
+            else:
+                yield ("filled",), f"is not on the deck, which is from {deck}; make it smaller"
 
 
 def _commission(model: CommissionModel) -> Commission:

@@ -12,6 +12,7 @@ from pickcli.commission.commission import Commission
 from pickcli.commission.commission_file import read_commission
 from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_trial import CommissionRequest, PlayedCommission
+from pickcli.commission.people_watch import SHOWN_EVERY, WatchedOutcome
 from pickcli.driving.drive_tracking import PERIOD
 from pickcli.errors import StaleError
 from pickcli.geometry import Array
@@ -52,6 +53,7 @@ def commission_record(
                 "t_end": each.t_start + each.drive.duration,
                 "step_s": PERIOD * DRIVE_STEP,
                 "poses": np.round(_thinned(each.drive.poses), 4).tolist(),
+                **_people(each.drive.watched),
             }
             for each in played.drives
         ],
@@ -64,10 +66,29 @@ def commission_record(
             "commission": name,
             "commission_sha256": sha256,
             "seed": request.seed,
+            "watched": request.watched is not None,
             "cell": cell.name,
             "cell_fingerprint": cell.scene_fingerprint,
             "versions": package_versions(),
         },
+    }
+
+
+def _people(watched: WatchedOutcome | None) -> dict[str, Any]:
+    """Where people were during a drive, if it was watched."""
+    if watched is None:
+        return {}
+    return {
+        "people": [
+            {
+                "name": each.name,
+                "height": each.height,
+                "has_vest": each.has_vest,
+                "step_s": PERIOD * SHOWN_EVERY,
+                "places": np.round(each.places, 3).tolist(),
+            }
+            for each in watched.people
+        ]
     }
 
 

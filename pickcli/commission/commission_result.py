@@ -55,6 +55,12 @@ class CommissionStep:
     reason: str
     figures: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def told(self) -> str:
+        """Why the step failed, and for how long the truck waited for people, if it did."""
+        waited = self.figures.get("braked_s", 0.0)
+        return "; ".join(filter(None, [self.reason, f"braked {waited:.1f} s for people" if waited else ""]))
+
 
 @dataclass(frozen=True)
 class CommissionedItem:
@@ -74,6 +80,20 @@ class CommissionedItem:
     set_down: SetDownDeviation | None
     at_end: SetDownDeviation | None
 
+    @property
+    def is_placed(self) -> bool:
+        """Whether it stands in its place at the end."""
+        return self.outcome is CommissionedOutcome.PLACED
+
+    @property
+    def told(self) -> str:
+        """Name of the item and what became of it, with where it was last."""
+        where = ""
+        if self.outcome is CommissionedOutcome.LOST:
+            last = self.at_end or self.set_down
+            where = ", taken away by hand" if last is None else f", {last}"
+        return f"{self.id}, {self.outcome}{where}"
+
 
 @dataclass(frozen=True)
 class FloorDeviation:
@@ -86,6 +106,25 @@ class FloorDeviation:
 
     distance: float
     turn: float
+
+
+@dataclass(frozen=True)
+class WatchedPeople:
+    """What drives that were watched tell of people.
+
+    Attributes:
+        number: How many people came into the booth while the truck drove, or stood in it.
+        braked_s: s for which the truck was braked or held for them.
+        brake_requests: Number of brake requests.
+        touched: How many the moving truck touched; these are collisions.
+        walked_in: How many touched the moving truck by their own motion.
+    """
+
+    number: int
+    braked_s: float
+    brake_requests: int
+    touched: int
+    walked_in: int
 
 
 @dataclass(frozen=True)
@@ -103,6 +142,7 @@ class CommissionResult:
         aborted: Why the commission was ended early; "" if it was not.
         duration: s.
         handling: s of it in which the arm looked and moved.
+        people: What drives tell of people; None if they were not watched.
     """
 
     steps: tuple[CommissionStep, ...]
@@ -115,11 +155,12 @@ class CommissionResult:
     aborted: str
     duration: float
     handling: float
+    people: WatchedPeople | None = None
 
     @property
     def n_placed(self) -> int:
         """Number of items that stand in their places at the end."""
-        return sum(each.outcome is CommissionedOutcome.PLACED for each in self.items)
+        return sum(each.is_placed for each in self.items)
 
     @property
     def is_clean(self) -> bool:
@@ -155,6 +196,7 @@ class CommissionResult:
             "limit_violations": self.n_limit_violations,
             "stops": self.n_stops,
             "aborted": self.aborted,
+            "people": None if self.people is None else asdict(self.people),
             "pallet_off": None if self.delivered is None else asdict(self.delivered),
             "truck_off": asdict(self.truck),
             "steps": [{**asdict(each), "figures": dict(each.figures)} for each in self.steps],

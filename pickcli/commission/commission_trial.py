@@ -18,9 +18,12 @@ from pickcli.commission.commission_result import (
     CommissionResult,
     CommissionStep,
     FloorDeviation,
+    WatchedPeople,
 )
 from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_truck import CommissionTruck, TruckDrive, deviation
+from pickcli.commission.people_watch import BoothWatch, PeopleWatch
+from pickcli.driving.driving_area import DrivingArea
 from pickcli.driving.simulated_drives import DriveNoise
 from pickcli.geometry import Array
 from pickcli.pallet_trials.pallet_result import SetDownDeviation
@@ -55,6 +58,7 @@ class CommissionRequest:
         reality: Levels of the deviations of the simulated world from its model.
         drive_noise: Errors of localisation and of drives.
         seed: Seed of all random choices.
+        watched: How drives are watched for people; None if nobody else is in the booth, and nobody watches.
     """
 
     strategy: Strategy = field(default_factory=lambda: load_strategy(STRATEGY, TrialKind.COMMISSION))
@@ -62,6 +66,7 @@ class CommissionRequest:
     reality: Reality = DEFAULT
     drive_noise: DriveNoise = field(default_factory=DriveNoise)
     seed: int = 0
+    watched: BoothWatch | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +156,9 @@ class _CommissionTrial:
         on_progress: ProgressObserver,
     ) -> None:  # fmt: skip
         self.station, self.on_progress = station, on_progress
-        self.truck = CommissionTruck(station, request.drive_noise, request.seed)
+        self._request = request
+        oversee = None if request.watched is None else self._oversee
+        self.truck = CommissionTruck(station, request.drive_noise, request.seed, oversee)
         of_cell = CommissionArm if station.hand is None else BeltsArm
         self.arm = of_cell(station, context, request.noise, request.reality, request.seed)
         self.tried = {each.carton.id: _Tried() for each in station.placements}
@@ -247,6 +254,12 @@ class _CommissionTrial:
                 self.arm.ride(each.felt)
                 self._pass(max(0.0, each.duration - (self.now - self.drives[-1].t_start)))
 
+    def _oversee(self, drive: str, area: DrivingArea) -> PeopleWatch:
+        """What watches a drive that begins now."""
+        booth, seed = self._request.watched, self._request.seed
+        assert booth is not None
+        return PeopleWatch(booth, drive, area, self.now, seed, len(self.truck.drives))
+
     def set_down_pallet(self) -> dict[str, Any]:
         """Lower the forks."""
         self.delivered = self.truck.set_down()
@@ -322,6 +335,7 @@ class _CommissionTrial:
             arm.n_collisions + truck.n_collisions, arm.n_limit_violations, arm.n_stops, self.aborted,
             self.now,
             sum(each.t_end - each.t_start for each in self.steps if each.action in handling),
+            _people_met(truck.drives) if self._request.watched else None,
         )  # fmt: skip
         return PlayedCommission(
             result, tuple(self.drives), arm.recorder, self.arm_from, tuple(arm.plans), arm.before,
@@ -335,3 +349,15 @@ class _CommissionTrial:
         if at_end is not None and at_end.is_in_place:
             outcome = CommissionedOutcome.PLACED
         return CommissionedItem(name, outcome, tried.attempts, tried.set_down, at_end)
+
+
+def _people_met(drives: list[TruckDrive]) -> WatchedPeople:
+    """What all drives tell of people."""
+    outcomes = [each.watched for each in drives if each.watched is not None]
+    return WatchedPeople(
+        len({person.name for each in outcomes for person in each.people}),
+        sum(each.braked for each in outcomes),
+        sum(each.n_requests for each in outcomes),
+        sum(len(each.touched) for each in outcomes),
+        sum(len(each.walked_in) for each in outcomes),
+    )

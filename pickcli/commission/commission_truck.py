@@ -14,6 +14,7 @@ import numpy as np
 
 from pickcli.commission.commission_result import ActionError, FloorDeviation
 from pickcli.commission.commission_station import CommissionStation, with_thing_at
+from pickcli.commission.people_watch import MOST_WAIT, PeopleWatch, WatchedOutcome
 from pickcli.driving.drive_plan import DrivePlan, plan_drive
 from pickcli.driving.drive_tracking import PERIOD
 from pickcli.driving.driving_area import DrivingArea, StatedPallet
@@ -43,6 +44,7 @@ class TruckDrive:
         felt: (T, 2) m/s^2: accelerations of the pallet on the forks, in the frame of the truck; none without
             a pallet.
         figures: Plain values by name.
+        watched: What came of its watch for people; None if it was not watched.
     """
 
     name: str
@@ -50,6 +52,7 @@ class TruckDrive:
     poses: Array
     felt: Array
     figures: dict[str, Any]
+    watched: WatchedOutcome | None = None
 
 
 class CommissionTruck:
@@ -59,6 +62,7 @@ class CommissionTruck:
         station: The commission in its cell.
         noise: Errors of localisation and of drives.
         seed: Seed of all random choices.
+        oversee: Makes what watches a drive, from its name and area; None if nobody watches.
 
     Attributes:
         on_forks: (3,) m, m, rad: where the pallet truly is in the frame of the truck; None if it is not
@@ -66,11 +70,15 @@ class CommissionTruck:
         is_raised: Whether the forks are raised with it.
         set_down_at: (3,) m, m, rad: where it truly stands after it was set down.
         drives: All drives, in order.
-        n_collisions: How many of them met something.
+        n_collisions: How many of them met something, and how many people the truck touched.
     """
 
-    def __init__(self, station: CommissionStation, noise: DriveNoise, seed: int) -> None:
+    def __init__(
+        self, station: CommissionStation, noise: DriveNoise, seed: int,
+        oversee: Callable[[str, DrivingArea], PeopleWatch] | None = None,
+    ) -> None:  # fmt: skip
         commission = station.commission
+        self._oversee = oversee
         self.station, self.seed = station, seed
         self._truck = NoisyTruck(
             commission.area.truck, commission.area.start, noise, 1, derived_rng("commission drives", seed)
@@ -110,9 +118,10 @@ class CommissionTruck:
         again = any(each.name == ENTRY for each in self.drives)
         plan = _planned(lambda: (plan_entry_anew if again else plan_entry)(area, expected))
         seed = derived_seed("commission looks", self.seed, len(self.drives))
-        entry = enter_pallet(area, plan, self._pallet, self._truck, seed)
+        watch = self._watch_of(ENTRY, area)
+        entry = enter_pallet(area, plan, self._pallet, self._truck, seed, watch)
         figures = {"pictures": entry.n_seen, "renewals": entry.n_renewed, "stops": entry.n_stops}
-        drive = self._driven(ENTRY, entry.poses, entry.duration, area, figures)
+        drive = self._driven(ENTRY, entry.poses, entry.duration, area, figures, watch=watch)
         if entry.has_given_up:
             why = "the pallet was not seen, or there is no path into it where it was seen"
             raise ActionError(why, drive.figures)
@@ -200,23 +209,50 @@ class CommissionTruck:
         return self._arrived(at, self._followed(name, _planned(lambda: plan_drive(area)), area))
 
     def _followed(self, name: str, plan: DrivePlan, area: DrivingArea) -> TruckDrive:
-        run = followed(plan, self._truck)
+        watch = self._watch_of(name, area)
+        run = followed(plan, self._truck, watch)
         duration = float(run.durations[0])
         felt = _felt(run, area.truck, float(self.station.pallet_in_truck[0])) if self.is_raised else None
         figures = {"planned_s": plan.profile.duration}
-        return self._driven(name, run.poses[:, 0], duration, area, figures, felt)
+        return self._driven(name, run.poses[:, 0], duration, area, figures, felt, watch)
+
+    def _watch_of(self, name: str, area: DrivingArea) -> PeopleWatch | None:
+        """What watches a drive."""
+        return None if self._oversee is None else self._oversee(name, area)
 
     def _driven(
         self, name: str, poses: Array, duration: float, area: DrivingArea, figures: dict[str, Any],
-        felt: Array | None = None,
+        felt: Array | None = None, watch: PeopleWatch | None = None,
     ) -> TruckDrive:  # fmt: skip
-        """Keep a drive, and count whether the truck met walls or boxes."""
-        least, n = float(clearances(area, poses).min()), round(duration / PERIOD) + 1
+        """Keep a drive, and count whether the truck met walls, boxes or people.
+
+        Raises:
+            ActionError: Somebody stayed before the truck for so long that the drive was given up.
+        """
+        outcome = None if watch is None else watch.outcome()
+        least, n = self._clearance(area, poses), round(duration / PERIOD) + 1
         self.n_collisions += least <= 0.0
         figures |= {"drive_s": duration, "clearance_m": least}
         felt = np.zeros((0, 2)) if felt is None else felt[:n]
-        self.drives.append(TruckDrive(name, duration, poses[:n], felt, figures))
+        if outcome is not None:
+            figures |= outcome.figures
+            self.n_collisions += len(outcome.touched)
+        self.drives.append(TruckDrive(name, duration, poses[:n], felt, figures, outcome))
+        if outcome is not None and outcome.has_given_up:
+            raise ActionError(
+                f"somebody stayed in the protective field: the truck did not get on for {MOST_WAIT:g} s",
+                figures,
+            )
         return self.drives[-1]
+
+    def _clearance(self, area: DrivingArea, poses: Array) -> float:
+        """Least distance of truck and raised pallet from walls and boxes, m, the pallet where it truly is."""
+        if not self.is_raised or self.on_forks is None:
+            return float(clearances(area, poses).min())
+        bare, shape = self.station.commission.area.truck, self.station.commission.pallet.shape
+        pallet = replace(bare, front=shape.length / 2, back=shape.length / 2, width=shape.width)
+        carried = clearances(replace(area, truck=pallet), posed(poses, self.on_forks))
+        return float(min(carried.min(), clearances(replace(area, truck=bare), poses).min()))
 
     def _refuse_meeting(self, area: DrivingArea, pallet: StatedPallet) -> None:
         """Raise ActionError if the truck met a pallet in its last drive, into it or out of it; count that."""

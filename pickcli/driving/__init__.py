@@ -5,7 +5,8 @@ The `tricycle` has figures and kinematics, a `steering_path` is a drive as few c
 `state_lattice`, on which a `lattice_search` finds the path of least cost; `drive_smoothing` makes it shorter
 and smoother, a `free_space_proof` shows that the truck meets nothing, a `speed_profile` times it. All of this
 makes a `drive_plan`, which a `drive_plan_file` keeps and `drive_svg` draws. `drive_tracking` keeps a truck on
-it, and `simulated_drives` show how near the goal it comes with noise. `drive_verification` is the second
+it, a `drive_overseer` may brake it, and `simulated_drives` show how near the goal it comes with noise.
+`drive_verification` is the second
 opinion on a file.
 
 A truck with `forks` and a `truck_camera` finds a pallet by a `pallet_look`: in an `area_view`, which is

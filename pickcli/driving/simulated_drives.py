@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.driving.drive_overseer import DriveOverseer
 from pickcli.driving.drive_plan import DrivePlan
 from pickcli.driving.drive_tracking import PERIOD, TrackingController
 from pickcli.driving.free_space_proof import clearances
@@ -184,12 +185,13 @@ def simulate_drives(
     return _judged(plan, followed(plan, truck))
 
 
-def followed(plan: DrivePlan, truck: NoisyTruck) -> FollowedDrives:
+def followed(plan: DrivePlan, truck: NoisyTruck, overseer: DriveOverseer | None = None) -> FollowedDrives:
     """Let trucks follow a plan to its end.
 
     Args:
         plan: The plan.
         truck: The trucks, near the start of the plan; afterwards they are where the drives ended.
+        overseer: Brakes the truck, of which there is one then; None if nothing does.
 
     Returns:
         What they did.
@@ -203,17 +205,20 @@ def followed(plan: DrivePlan, truck: NoisyTruck) -> FollowedDrives:
         [controller.steering],
         [controller.travel],
     )
-    for k in range(n_periods):
+    n_driven = k = 0
+    while n_driven < n_periods:  # periods in which it is braked do not count
         if k % fix == 0:
             truck.localise()
-        controller.control(truck.believed)
+        is_braked = overseer is not None and overseer.brakes(truck.true[0], truck.believed[0], controller)
+        controller.control(truck.believed, np.full(len(truck.true), is_braked))
         truck.move(controller.steering, controller.signs * controller.speed * PERIOD)
         controller.advance()
+        k, n_driven = k + 1, n_driven + (not is_braked)
         poses.append(truck.true)
         speeds.append(controller.speed)
         steering.append(controller.steering)
         travel.append(controller.travel)
-        if controller.is_done.all():
+        if controller.is_done.all() or (overseer is not None and overseer.has_given_up):
             break
     return FollowedDrives(*map(np.array, (poses, speeds, steering, travel)))
 

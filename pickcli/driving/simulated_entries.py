@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from pickcli.driving.area_view import take_picture
+from pickcli.driving.drive_overseer import DriveOverseer
 from pickcli.driving.drive_plan import DrivePlan
 from pickcli.driving.drive_tracking import PERIOD, TrackingController
 from pickcli.driving.driving_area import DrivingArea, StatedPallet
@@ -109,8 +110,9 @@ def simulate_entries(
 
 
 def enter_pallet(
-    area: DrivingArea, plan: DrivePlan, stated: StatedPallet, truck: NoisyTruck, seed: int
-) -> SimulatedEntry:
+    area: DrivingArea, plan: DrivePlan, stated: StatedPallet, truck: NoisyTruck, seed: int,
+    overseer: DriveOverseer | None = None,
+) -> SimulatedEntry:  # fmt: skip
     """Drive one truck into a pallet.
 
     Args:
@@ -119,12 +121,13 @@ def enter_pallet(
         stated: The pallet that is expected, and how far the real one is off.
         truck: The truck, near the start of the plan; afterwards it is where the drive ended.
         seed: Of the pictures.
+        overseer: Brakes the truck; None if nothing does.
 
     Returns:
         What came of it.
     """
     assert area.camera is not None
-    return _Entry(area, area.camera, plan, stated, truck).driven(seed)
+    return _Entry(area, area.camera, plan, stated, truck).driven(seed, overseer)
 
 
 def entry_figures(entries: list[SimulatedEntry]) -> dict[str, Any]:
@@ -164,12 +167,13 @@ class _Entry:
         self.driven_poses = [truck.true[0]]
         self.n_seen = self.n_renewed = self.n_stops = 0
 
-    def driven(self, seed: int) -> SimulatedEntry:
+    def driven(self, seed: int, overseer: DriveOverseer | None) -> SimulatedEntry:
         """Drive until the truck is in the pallet, or gives up before it."""
         truck, controller = self.truck, TrackingController(self.plan, 1)
         fix, look = max(1, round(truck.noise.fix_period / PERIOD)), round(LOOK_PERIOD / PERIOD)
         n_periods, has_given_up = int((MOST_TIME * self.plan.profile.duration + MORE_TIME) / PERIOD), False
-        for k in range(n_periods):
+        n_driven = k = 0
+        while n_driven < n_periods:  # periods in which it is braked do not count
             if k % fix == 0:
                 truck.localise()
             if k % look == 0:
@@ -184,10 +188,15 @@ class _Entry:
                 self.plan, controller = planned, TrackingController(planned, 1)
             if controller.is_done.all():
                 break
-            controller.control(truck.believed)
+            is_braked = overseer is not None and overseer.brakes(truck.true[0], truck.believed[0], controller)
+            if overseer is not None and overseer.has_given_up:
+                has_given_up = True
+                break
+            controller.control(truck.believed, np.array([is_braked]))
             truck.move(controller.steering, controller.signs * controller.speed * PERIOD)
             controller.advance()
             self.driven_poses.append(truck.true[0])
+            k, n_driven = k + 1, n_driven + (not is_braked)
         return SimulatedEntry(
             self._off(truck), self.n_seen, self.n_renewed, self.n_stops, has_given_up, PERIOD * k,
             np.array(self.driven_poses),

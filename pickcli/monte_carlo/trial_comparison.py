@@ -12,14 +12,53 @@ from pickcli.errors import InputError
 from pickcli.monte_carlo.sign_flips import FEWEST, SignFlipTest
 from pickcli.monte_carlo.trial_statistics import Record, score_share
 
-FIGURES: dict[str, Callable[[Record], float]] = {  # of one trial, by name
-    "score_share": score_share,
-    "delivered": lambda record: float(record["items_in_tote"]),
-    "clock_s": lambda record: float(record["clock_s"]),
-    "collisions": lambda record: float(record["collisions"]),
-    "drops": lambda record: float(record["drops"]),
-}
-DECISIVE = "score_share"
+
+@dataclass(frozen=True)
+class ComparedKind:
+    """What is compared of trials of one kind.
+
+    Attributes:
+        task: Key of ``made_from`` under which a record has the name of what was played.
+        figures: Figures of one trial, by name.
+        decisive: The one of them that decides, a share.
+        verb: What a run does with ``unit``, for the sentence.
+        unit: Of a hundredth of the decisive figure.
+        difference: Why two records of one task and seed cannot be compared; "" if they can.
+        advice: What to do then.
+    """
+
+    task: str
+    figures: Mapping[str, Callable[[Record], float]]
+    decisive: str
+    verb: str
+    unit: str
+    difference: Callable[[Record, Record], str]
+    advice: str
+
+
+def _other_targets(one: Record, other: Record) -> str:
+    if _targets(one) != _targets(other):
+        return "names other targets in the one than in the other"
+    if one["max_score"] != other["max_score"]:
+        return f"is worth {one['max_score']} points in the one and {other['max_score']} in the other"
+    return ""
+
+
+ORDERS = ComparedKind(
+    "order",
+    {
+        "score_share": score_share,
+        "delivered": lambda record: float(record["items_in_tote"]),
+        "clock_s": lambda record: float(record["clock_s"]),
+        "collisions": lambda record: float(record["collisions"]),
+        "drops": lambda record: float(record["drops"]),
+    },
+    "score_share",
+    "scores",
+    "points in 100",
+    _other_targets,
+    "so the scores cannot be compared; play the same order",
+)
 
 
 @dataclass(frozen=True)
@@ -27,7 +66,7 @@ class FigureComparison:
     """One figure of two runs.
 
     Attributes:
-        name: One of ``FIGURES``.
+        name: One of the figures of the kind.
         mean_a: Mean over the pairs in the first run.
         mean_b: Mean in the second.
         test: Test of the differences, second minus first.
@@ -45,58 +84,56 @@ class TrialComparison:
 
     Attributes:
         names: Names of the two runs.
+        kind: What is compared.
         figures: Comparisons of all figures.
         n_unpaired: Numbers of trials that only the first or only the second run contains.
     """
 
     names: tuple[str, str]
+    kind: ComparedKind
     figures: tuple[FigureComparison, ...]
     n_unpaired: tuple[int, int]
 
     @classmethod
     def of(
-        cls, names: tuple[str, str], first: Mapping[str, Record], second: Mapping[str, Record]
-    ) -> TrialComparison:
+        cls, names: tuple[str, str], first: Mapping[str, Record], second: Mapping[str, Record],
+        kind: ComparedKind = ORDERS,
+    ) -> TrialComparison:  # fmt: skip
         """Compare two runs.
 
         Args:
             names: Names of the runs.
             first: Records of the first run's trials, with any keys.
             second: Records of the second run's trials, with any keys.
+            kind: What is compared of them.
 
         Returns:
             The comparison.
 
         Raises:
-            InputError: The runs have no order and seed in common, an order differs between them, or a run
+            InputError: The runs have no task and seed in common, a task differs between them, or a run
                 contains a trial twice.
         """
-        a, b = (_by_key(name, records) for name, records in zip(names, (first, second), strict=True))
+        a, b = (_by_key(name, records, kind) for name, records in zip(names, (first, second), strict=True))
         pairs = sorted(a.keys() & b.keys())
         if not pairs:
             raise InputError(
-                f"{names[0]}, {names[1]}: no order was played with the same seed in both; play them with the "
-                "same --seeds"
+                f"{names[0]}, {names[1]}: no {kind.task} was played with the same seed in both; play them "
+                "with the same --seeds"
             )
-        for order, seed in pairs:
-            one, other = a[order, seed], b[order, seed]
-            if _targets(one) != _targets(other):
-                found = "names other targets in the one than in the other"
-            elif one["max_score"] != other["max_score"]:
-                found = f"is worth {one['max_score']} points in the one and {other['max_score']} in the other"
-            else:
-                continue
-            raise InputError(
-                f"{names[0]}, {names[1]}: {order} {found}, so the scores cannot be compared; play the same "
-                "order"
-            )
-        figures = [_compared(name, [a[key] for key in pairs], [b[key] for key in pairs]) for name in FIGURES]
-        return cls(names, tuple(figures), (len(a) - len(pairs), len(b) - len(pairs)))
+        for key in pairs:
+            if found := kind.difference(a[key], b[key]):
+                raise InputError(f"{names[0]}, {names[1]}: {key[0]} {found}, {kind.advice}")
+        figures = [
+            _compared(name, figure, [a[key] for key in pairs], [b[key] for key in pairs])
+            for name, figure in kind.figures.items()
+        ]
+        return cls(names, kind, tuple(figures), (len(a) - len(pairs), len(b) - len(pairs)))
 
     @property
     def decisive(self) -> FigureComparison:
-        """Comparison of the score shares."""
-        return next(each for each in self.figures if each.name == DECISIVE)
+        """Comparison of the figure that decides."""
+        return next(each for each in self.figures if each.name == self.kind.decisive)
 
     @property
     def better(self) -> str:
@@ -107,12 +144,12 @@ class TrialComparison:
     @property
     def sentence(self) -> str:
         """The result in one sentence."""
-        test, (a, b) = self.decisive.test, self.names
+        test, (a, b), unit = self.decisive.test, self.names, self.kind.unit
         pairs = f"{test.n} pair{'s' if test.n > 1 else ''}"
         if test.n < FEWEST:
             return (
-                f"{pairs} of trials are too few to tell a difference, here {100 * test.mean:+.1f} points in "
-                f"100 for {b}, from chance: play {FEWEST} at least"
+                f"{pairs} of trials are too few to tell a difference, here {100 * test.mean:+.1f} {unit} "
+                f"for {b}, from chance: play {FEWEST} at least"
             )
         ends = sorted((100 * test.low, 100 * test.high), key=abs) if test.is_significant else (
             100 * test.low, 100 * test.high
@@ -120,13 +157,13 @@ class TrialComparison:
         figures = f"p = {test.p_value:.2g}, {pairs}"
         if not self.better:
             return (
-                f"no difference beyond chance: {b} scores {100 * test.mean:+.1f} points in 100 more than {a} "
-                f"(95 %: {ends[0]:+.1f} to {ends[1]:+.1f}; {figures})"
+                f"no difference beyond chance: {b} {self.kind.verb} {100 * test.mean:+.1f} {unit} more than "
+                f"{a} (95 %: {ends[0]:+.1f} to {ends[1]:+.1f}; {figures})"
             )
         other = a if self.better == b else b
         low, high = (abs(end) for end in ends)
         return (
-            f"{self.better} is better than {other} by {abs(100 * test.mean):.1f} points in 100 "
+            f"{self.better} is better than {other} by {abs(100 * test.mean):.1f} {unit} "
             f"(95 %: {low:.1f} to {high:.1f}), more than chance has it ({figures})"
         )
 
@@ -148,11 +185,11 @@ class TrialComparison:
         }
 
 
-def _by_key(name: str, records: Mapping[str, Record]) -> dict[tuple[str, int], Record]:
-    """Index records by order and seed."""
+def _by_key(name: str, records: Mapping[str, Record], kind: ComparedKind) -> dict[tuple[str, int], Record]:
+    """Index records by task and seed."""
     found: dict[tuple[str, int], Record] = {}
     for where, record in records.items():
-        key = str(record["made_from"]["order"]), int(record["made_from"]["seed"])
+        key = str(record["made_from"][kind.task]), int(record["made_from"]["seed"])
         if key in found:
             raise InputError(f"{name}: {where} plays {key[0]} with seed {key[1]} a second time; remove one")
         found[key] = record
@@ -163,8 +200,10 @@ def _targets(record: Record) -> list[tuple[str, str]]:
     return [(target["bin"], target["item"]) for target in record["items"]]
 
 
-def _compared(name: str, first: list[Record], second: list[Record]) -> FigureComparison:
-    a, b = (np.array([FIGURES[name](record) for record in records]) for records in (first, second))
+def _compared(
+    name: str, figure: Callable[[Record], float], first: list[Record], second: list[Record]
+) -> FigureComparison:
+    a, b = (np.array([figure(record) for record in records]) for records in (first, second))
     return FigureComparison(name, float(a.mean()), float(b.mean()), SignFlipTest.of(b - a))
 
 

@@ -6,19 +6,19 @@ See docs/formats/trials.md. All wall-clock figures are under ``statistics``.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes, write_text
 from pickcli.files.bounded_reading import read_kind
 from pickcli.files.file_kind import TRIALS
-from pickcli.jobs.job import Key
+from pickcli.jobs.job import Job, Key
 from pickcli.jobs.job_run import Build
 from pickcli.jobs.journal import journals
-from pickcli.monte_carlo.trial_job import TrialJob, files_of
+from pickcli.monte_carlo.trial_job import files_of
 from pickcli.monte_carlo.trial_statistics import Record, TrialStatistics, score_share
 from pickcli.trial.trial_folder import refuse_existing_folder
 from pickcli.trial.trial_record import read_record
@@ -44,6 +44,23 @@ class TrialsReport:
     records: Mapping[str, Record]
     not_stowed: Mapping[str, str]
     summary: Mapping[str, Any]
+
+
+class SeededJob(Job, Protocol):
+    """Trials as jobs: one per task and seed, whose results are the files of the trial's folder."""
+
+    def keys(self, seeds: Sequence[int]) -> list[Key]:
+        """List the keys of all combinations of tasks and seeds.
+
+        Args:
+            seeds: Seeds for each task.
+
+        Returns:
+            Keys, each a name and a seed.
+        """
+
+
+Summary = Callable[[Mapping[str, Record], Mapping[str, str], Mapping[str, Any]], dict[str, Any]]
 
 
 def refuse_trials_folder(folder: Path, overwrite: bool, trials: Iterable[str] = ()) -> None:
@@ -79,7 +96,7 @@ def is_interrupted(folder: Path) -> bool:
 
 
 def play_trials(
-    build: Build, job: TrialJob, seeds: Sequence[int], made_from: Mapping[str, Any]
+    build: Build, job: SeededJob, seeds: Sequence[int], made_from: Mapping[str, Any], summary: Summary
 ) -> TrialsReport:
     """Play the trials that have not been played yet.
 
@@ -88,6 +105,8 @@ def play_trials(
         job: The trials.
         seeds: Seeds for each order.
         made_from: Provenance for ``trials.json``.
+        summary: Makes the content of ``trials.json`` from records, why others were not played, and
+            provenance.
 
     Returns:
         The results, which are not written yet.
@@ -102,7 +121,7 @@ def play_trials(
     if not files:
         raise InputError(f"no trial could be played: {next(iter(why.values()))}; name other orders")
     records = {name: json.loads(contents[RECORD]) for name, contents in files.items()}
-    return TrialsReport(files, records, why, _summary(records, why, made_from))
+    return TrialsReport(files, records, why, summary(records, why, made_from))
 
 
 def write_trials(folder: Path, report: TrialsReport, page: bytes, replace: bool) -> None:
@@ -175,9 +194,19 @@ def read_trials(folder: Path) -> dict[str, dict[str, Any]]:
     return records
 
 
-def _summary(
+def order_summary(
     records: Mapping[str, Record], not_stowed: Mapping[str, str], made_from: Mapping[str, Any]
 ) -> dict[str, Any]:
+    """Return the content of ``trials.json`` for trials of orders.
+
+    Args:
+        records: Content of each ``trial.json``, by name of the trial's folder.
+        not_stowed: Why trials could not be played, by the name that their folder would have had.
+        made_from: Provenance.
+
+    Returns:
+        JSON values; those that depend on wall time are under ``statistics``.
+    """
     statistics = TrialStatistics(records)
     return {
         **statistics.values(),

@@ -30,8 +30,10 @@ from pickcli.scene.scene import Scene
 from pickcli.trial.motion_record import RecordedMotion
 
 WALL_HEIGHT, WALL = 0.3, 0.05  # m of walls as they are drawn: one looks over them
+BODY = 0.2  # m, radius of people as they are drawn
 SAMPLE = 0.2  # s between poses of what is passed
 _WALL, _LOAD, _WOOD, _BOX = "#9aa4ad", "#7d8b99", "#b58b5a", "#c0a060"
+_VEST, _NO_VEST = "#ff8c1a", "#5b6b7a"
 _TONES = {"placed": Tone.GOOD, "left": Tone.FAIR, "lost": Tone.BAD}
 
 
@@ -57,13 +59,16 @@ def commission_page(
         shown, "commission trial", "Commission" if record["success"] else "Commission, not done",
         f"{made['commission']}, seed {made['seed']}, cell {made['cell']}, {duration:.0f} s",
     )  # fmt: skip
-    tracks = (*_passed(drives, station), *_items(drives, shown, late, record))
+    people = _people(record)
+    tracks = (
+        *_passed(drives, station), *_walked(drives, people), *_items(drives, shown, late, record),
+    )  # fmt: skip
     segments = [] if late is None else [each for run in late.executions for each in run.segments]
     return replace(
         page,
         facts=tuple(_facts(record)),
         groups=tuple(group for group in page.groups if group.name not in (LOAD, PALLET)),
-        items=(*page.items, *(item for item, _ in _solids(station))),
+        items=(*page.items, *(item for item, _ in _solids(station)), *(each.item for each in people)),
         places=(),
         motion=_motion(page, late, tracks, duration),
         lanes=(_steps(record), segment_lane(segments)),
@@ -191,6 +196,48 @@ def _passed(drives: _Drives, station: CommissionStation) -> Iterator[Track]:
         yield _track(item.id, drives.times, rows)
 
 
+@dataclass(frozen=True, eq=False)
+class _Person:
+    """A person as it is drawn, with (N,) s and (N, 2) m in the area: where it was while the truck drove."""
+
+    item: PageItem
+    times: Array
+    places: Array
+
+
+def _people(record: Mapping[str, Any]) -> list[_Person]:
+    """Whom the drives tell of, in any of them."""
+    found: dict[str, _Person] = {}
+    for drive in record["drives"]:
+        for each in drive.get("people", ()):
+            places = np.array(each["places"]).reshape(-1, 2)
+            times = drive["t_start"] + each["step_s"] * np.arange(len(places))
+            if (before := found.get(each["name"])) is None:
+                found[each["name"]] = _Person(_drawn(each), times, places)
+            else:
+                found[each["name"]] = _Person(
+                    before.item, np.append(before.times, times), np.vstack([before.places, places])
+                )
+    return [each for each in found.values() if len(each.times)]
+
+
+def _drawn(person: Mapping[str, Any]) -> PageItem:
+    """A person as a cylinder, in the colour of a vest or without."""
+    shape = drawn_shape(Shape(ShapeKind.CYLINDER, (BODY, float(person["height"]))))
+    colour = _VEST if person["has_vest"] else _NO_VEST
+    standing = page_pose(pose((0.0, 0.0, person["height"] / 2)))
+    return PageItem(person["name"], person["name"], colour, shape, standing)
+
+
+def _walked(drives: _Drives, people: list[_Person]) -> Iterator[Track]:
+    """Yield the tracks of people; between two drives they stand where they were seen last."""
+    for each in people:
+        x, y = (np.interp(drives.times, each.times, column) for column in each.places.T)
+        rows = drives.seen(np.column_stack([x, y, np.zeros(len(x))]))
+        rows[:, 2] = each.item.pose[2]
+        yield _track(each.item.id, drives.times, rows)
+
+
 def _items(
     drives: _Drives, scene: Scene, late: RecordedMotion | None, record: Mapping[str, Any]
 ) -> Iterator[Track]:
@@ -272,6 +319,10 @@ def _facts(record: Mapping[str, Any]) -> Iterator[Fact]:
     yield Fact("at the load", f"{record['handling_s']:.0f} s of {record['duration_s']:.0f} s")
     for key in ("collisions", "limit_violations", "stops"):
         yield Fact(key.replace("_", " "), str(record[key]), Tone.BAD if record[key] else Tone.PLAIN)
+    if (met := record.get("people")) is not None:
+        yield Fact("people", f"{met['number']} came, {met['walked_in']} walked into the truck")
+        yield Fact("people touched", str(met["touched"]), Tone.BAD if met["touched"] else Tone.PLAIN)
+        yield Fact("braked for them", f"{met['braked_s']:.1f} s, {met['brake_requests']} requests")
     if record["aborted"]:
         yield Fact("ended early", record["aborted"], Tone.BAD)
 
@@ -280,11 +331,18 @@ def _timed(record: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
     return (each for each in record["steps"] if each["t_end"] > each["t_start"])
 
 
+def _why(step: Mapping[str, Any]) -> str:
+    """Why a step failed, and for how long the truck waited for people."""
+    waited = step["figures"].get("braked_s", 0.0)
+    told = [step["reason"], f"braked {waited:.1f} s for people" if waited else ""]
+    return "; ".join(filter(None, told))
+
+
 def _steps(record: Mapping[str, Any]) -> Lane:
     spans = (
         Span(
             round(each["t_start"], 3), round(each["t_end"], 3), f"{each['action']} {each['target']}".strip(),
-            "#3b82c4" if each["is_success"] else "#c0392b", each["reason"],
+            "#3b82c4" if each["is_success"] else "#c0392b", _why(each),
         )
         for each in _timed(record)
     )  # fmt: skip
@@ -297,14 +355,14 @@ def _chapters(record: Mapping[str, Any]) -> Iterator[Chapter]:
         yield Chapter(
             f"{each['action']} {each['target']}".strip(), "done" if is_done else "failed",
             Tone.GOOD if is_done else Tone.BAD, round(each["t_start"], 3), round(each["t_end"], 3),
-            each["target"], "", each["reason"],
+            each["target"], "", _why(each),
         )  # fmt: skip
 
 
 def _step_table(record: Mapping[str, Any]) -> PageTable:
     rows = tuple(
         (f"{each['t_start']:.1f}", each["action"], each["target"],
-         "done" if each["is_success"] else "failed", each["reason"])
+         "done" if each["is_success"] else "failed", _why(each))
         for each in record["steps"]
     )  # fmt: skip
     tones = tuple(Tone.PLAIN if each["is_success"] else Tone.BAD for each in record["steps"])

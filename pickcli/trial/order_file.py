@@ -31,6 +31,7 @@ BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
 MAX_CONTENTS = 100  # items in one bin or in the tote
 MAX_TARGETS = 500
 NEWEST = 2016  # year of the items' figures in orders of moves
+FORMATS = ("apc commission", "apc pallet", "apc stacked", "apc stream")  # of tasks that are no orders
 OTHERS = (STREAM, COMMISSION)  # kinds of files under data/tasks that are no orders
 
 
@@ -50,6 +51,7 @@ def read_order(path: Path, cell: Cell) -> Order:
         UnknownNameError: There is no such file and no order of that name.
     """
     source, items = read_yaml(order_file(path, cell), ORDER), {name for name, _ in cell.items}
+    _refuse_format(source)
     has_bins = cell.pod.bins and cell.tote is not None
     if isinstance(source.data, dict) and _is_of_moves(source.data.keys(), not has_bins):
         return moves_of(source, items, tuple(cell.places))
@@ -57,6 +59,24 @@ def read_order(path: Path, cell: Cell) -> Order:
         _refuse_official(source, cell)
     cell.require_pod_and_tote()
     return order_of(source, items, tuple(cell.pod.bins))
+
+
+def refuse_unknown_task(name_or_path: Path, cell: Cell | None = None) -> None:
+    """Refuse, before any work, a name that is none of a task: of an order, a stream or a commission.
+
+    Args:
+        name_or_path: As written by the user.
+        cell: Cell in whose folder to look besides data/tasks, if any.
+
+    Raises:
+        UnknownNameError: There is no such file and no task of that name.
+    """
+    if name_or_path.exists() or name_or_path.suffix or len(name_or_path.parts) != 1:
+        return
+    tasks = (path.stem for path in data_path().glob("tasks/*.json"))
+    names = sorted({*tasks, *order_names(cell)})
+    if name_or_path.name not in names and not name_or_path.with_name(f"{name_or_path.name}.json").is_file():
+        raise UnknownNameError("order", str(name_or_path), names)
 
 
 def order_names(cell: Cell | None = None) -> list[str]:
@@ -100,6 +120,16 @@ def order_file(name_or_path: Path, cell: Cell | None = None) -> Path:
         raise UnknownNameError("order", str(name_or_path), names)
     own = (path for path in _own_orders(cell) if path.stem == name_or_path.name)
     return next(own, data_path() / "tasks" / f"{name_or_path}.json")
+
+
+def _refuse_format(source: Source) -> None:
+    """Raise InputError for a file that states a format: no order does, and those of other tasks are known."""
+    stated = source.data.get("format") if isinstance(source.data, dict) else None
+    if isinstance(stated, str):
+        raise InputError(
+            f"{source.path}: format: {shortened(stated)!r} is no format of a task; "
+            f"{suggestion(stated, FORMATS)} Orders state none (docs/formats/order.md)"
+        )
 
 
 def _own_orders(cell: Cell | None) -> list[Path]:

@@ -34,11 +34,18 @@ class Motion:
         speed: m/s of the steered wheel.
         gain: m/s^2 by which it gets faster.
         steering: rad.
+        is_forwards: Whether it drives to where its steered wheel is.
     """
 
     speed: float
     gain: float
     steering: float
+    is_forwards: bool = True
+
+    @property
+    def signed_speed(self) -> float:
+        """M/s, negative backwards."""
+        return self.speed if self.is_forwards else -self.speed
 
 
 @dataclass

@@ -37,19 +37,19 @@ def stopping_poses(
     Args:
         truck: The truck.
         pose: (3,) m, m, rad.
-        motion: Speed of the steered wheel, m/s, and steering angle, rad.
+        motion: Speed of the steered wheel, m/s, negative backwards, and steering angle, rad.
         delay: s until it begins to brake.
         n_instants: How many instants.
 
     Returns:
         (N,) s from now to the rest, (N, 3) poses.
     """
-    speed, steering = motion
+    speed, steering = abs(motion[0]), motion[1]
     times = np.linspace(0.0, stopping_time(speed, delay, truck.acceleration), n_instants)
     travel = np.array([travel_while_stopping(speed, delay, truck.acceleration, t) for t in times.tolist()])
     if travel[-1] <= 0:
         return times, np.tile(pose, (n_instants, 1))
-    path = SteeringPath(truck, pose, travel[-1:], np.full(2, steering))
+    path = SteeringPath(truck, pose, np.copysign(travel[-1:], motion[0]), np.full(2, steering))
     return times, path.poses_at(travel)
 
 

@@ -1,4 +1,4 @@
-"""A laser scanner low at the front of the truck: its figures, and what it measures in one plane."""
+"""A laser scanner low at an end of the truck: its figures, and what it measures in one plane."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ class LaserScanner:
     Attributes:
         forward: m of the scanner before the axle.
         above: m of its plane above the floor.
-        angle: rad that a scan covers, half on either side of the truck's x.
+        angle: rad that a scan covers, half on either side of where it looks.
         resolution: rad between two beams.
         farthest: m that are measured.
         noise: m, standard deviation of ranges.
         period: s between two scans.
         scans: How many scans in a row see something in the field before a brake is requested.
         delay: s from the last of them to the request.
+        looks_back: Whether the middle of a scan is along -x of the truck, for drives backwards.
     """
 
     forward: float
@@ -35,6 +36,7 @@ class LaserScanner:
     period: float
     scans: int
     delay: float
+    looks_back: bool = False
 
     @property
     def longest_response(self) -> float:
@@ -45,7 +47,8 @@ class LaserScanner:
     def angles(self) -> Array:
         """(B,) rad of the beams to the truck's x."""
         n = int(self.angle / self.resolution / 2)
-        return np.arange(-n, n + 1, dtype=float) * self.resolution
+        middle = np.pi if self.looks_back else 0.0
+        return middle + np.arange(-n, n + 1, dtype=float) * self.resolution
 
     @cached_property
     def directions(self) -> Array:

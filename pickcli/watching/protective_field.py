@@ -97,7 +97,7 @@ class FieldSet:
         """Return the field for a speed and a steering angle.
 
         Args:
-            speed: m/s of the steered wheel, forwards.
+            speed: m/s of the steered wheel, to where the scanner looks.
             steering: rad.
 
         Returns:
@@ -120,7 +120,8 @@ class FieldSet:
 
     def _swept(self, speed: float, steering: float) -> Array:
         """(B,) m along beams to the last point that the widened outline sweeps."""
-        times, poses = stopping_poses(self.truck, np.zeros(3), (speed, steering), self.delay, INSTANTS)
+        signed = -speed if self.scanner.looks_back else speed
+        times, poses = stopping_poses(self.truck, np.zeros(3), (signed, steering), self.delay, INSTANTS)
         wider = np.array([self.figures.ahead, self.figures.side]) + self.figures.approach * times[:, None]
         return _last_inside(self.scanner, poses, self.truck, wider)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
 from typing import Annotated, Literal
@@ -125,6 +125,7 @@ class WatchModel(FileModel):
     name: Text = Field(description="name of the watch")
     pair: PairModel = Field(description="the vest cameras")
     scanner: ScannerModel = Field(description="the laser scanner")
+    rear: ScannerModel | None = Field(None, description="a second one, which looks backwards")
     fields: FieldsModel = Field(description="protective fields and brake")
     sources: dict[Text, Annotated[str, Field(min_length=3)]] = Field(
         description="where the figures come from, by section.key"
@@ -132,7 +133,8 @@ class WatchModel(FileModel):
 
     @model_validator(mode="after")
     def _has_sources(self) -> WatchModel:
-        sections = {"pair": self.pair, "scanner": self.scanner, "fields": self.fields}
+        sections: dict[str, FileModel] = {"pair": self.pair, "scanner": self.scanner, "fields": self.fields}
+        sections |= {} if self.rear is None else {"rear": self.rear}
         known = [f"{name}.{key}" for name, section in sections.items() for key in type(section).model_fields]
         if lacking := [key for key in known if key not in self.sources]:
             raise ValueError(f"expected a source of {', '.join(lacking)}, got nothing; add it to sources")
@@ -149,11 +151,13 @@ class Watch:
         pair: The vest cameras.
         scanner: The laser scanner.
         fields: Supplements of its fields, and the brake.
+        rear: A second scanner, for drives backwards; None without.
     """
 
     pair: NirPair
     scanner: LaserScanner
     fields: FieldFigures
+    rear: LaserScanner | None = None
 
 
 def read_watch(path: Path) -> Watch:
@@ -169,7 +173,8 @@ def read_watch(path: Path) -> Watch:
         InputError: With every mistake and its position.
     """
     model = validate(read_yaml(path, WATCH), WatchModel)
-    return Watch(model.pair.pair, model.scanner.scanner, FieldFigures(**dict(model.fields)))
+    rear = None if model.rear is None else replace(model.rear.scanner, looks_back=True)
+    return Watch(model.pair.pair, model.scanner.scanner, FieldFigures(**dict(model.fields)), rear)
 
 
 def watch_file(name: str) -> Path:

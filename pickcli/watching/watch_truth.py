@@ -13,6 +13,7 @@ from pickcli.geometry import Array
 from pickcli.watching.brake_guards import Motion
 from pickcli.watching.flash_pictures import FlashRenderer
 from pickcli.watching.foreseen_contact import nearest_while_stopping, outline_distance, stopping_poses
+from pickcli.watching.laser_scanner import LaserScanner
 from pickcli.watching.protective_field import ProtectiveField
 from pickcli.watching.stopping_distance import stopping_distance
 from pickcli.watching.vest_detection import Vest
@@ -72,7 +73,10 @@ class WatchTruth:
         """Time (s) until the truck brakes for what the vest guard knows."""
         return self.watch.fields.reaction + PERIOD
 
-    def note(self, time: float, pose: Array, motion: Motion, protective: ProtectiveField | None) -> Array:
+    def note(
+        self, time: float, pose: Array, motion: Motion, protective: ProtectiveField | None,
+        scanner: LaserScanner,
+    ) -> Array:  # fmt: skip
         """Keep one instant, and cast the scanner's beams.
 
         Args:
@@ -80,11 +84,12 @@ class WatchTruth:
             pose: (3,) m, m, rad: true pose of the truck.
             motion: How it moves.
             protective: The field that is watched; None while no sensor looks where it drives.
+            scanner: The scanner that looks.
 
         Returns:
             (B,) m: ranges without noise.
         """
-        scanner, walkers = self.watch.scanner, self.scene.walkers
+        walkers = self.scene.walkers
         posts = self.scene.discs(time)[: -2 * len(walkers) or None]
         ranges = scanner.ranges(pose, self.scene.segments(scanner.above), posts)
         none = np.zeros((0, 2, 2))
@@ -98,14 +103,13 @@ class WatchTruth:
         self._watched.append(protective)
         self._seen.append(np.array([each.any() for each in hit], dtype=bool))
         self._in_field.append(np.array([(each & (nearest < reach)).any() for each in hit], dtype=bool))
-        self._needs_stop.append(self._who_needs_a_stop(time, pose, motion, protective is not None))
+        self._needs_stop.append(self._who_needs_a_stop(time, pose, motion))
         return np.asarray(nearest)
 
-    def _who_needs_a_stop(
-        self, time: float, pose: Array, motion: Motion, is_watched: bool
-    ) -> NDArray[np.bool_]:
+    def _who_needs_a_stop(self, time: float, pose: Array, motion: Motion) -> NDArray[np.bool_]:
+        """(P,) for whom the vest cameras have to brake the truck, which look forwards."""
         walkers, figures = self.scene.walkers, self.watch.fields
-        if not is_watched or motion.speed <= 0:
+        if not motion.is_forwards or motion.speed <= 0:
             return np.zeros(len(walkers), dtype=bool)
         stopping = stopping_poses(self.scene.area.truck, pose, (motion.speed, motion.steering), self.delay)
         keep = figures.body + figures.clearance
@@ -228,7 +232,8 @@ class WatchTruth:
             return None
         truck, pose = self.scene.area.truck, self.poses[k]
         n = int(LONGEST_FREE)  # steps of a metre, in which the truck turns by less than a radian
-        path = SteeringPath(truck, pose, np.ones(n), np.full(n + 1, self.motions[k].steering))
+        ahead = 1.0 if self.motions[k].is_forwards else -1.0
+        path = SteeringPath(truck, pose, np.full(n, ahead), np.full(n + 1, self.motions[k].steering))
         travel = np.arange(0.0, LONGEST_FREE, 0.05)
         poses = path.poses_at(travel)
         places = [walker.place(self.times[k]) for walker in self.scene.walkers]
@@ -275,7 +280,7 @@ class WatchTruth:
         watch, truck, walker = self.watch, self.scene.area.truck, self.scene.walkers[j]
         delay = watch.scanner.longest_response + watch.fields.reaction
         motion = self.motions[first]
-        times, poses = stopping_poses(truck, self.poses[first], (motion.speed, motion.steering), delay)
+        times, poses = stopping_poses(truck, self.poses[first], (motion.signed_speed, motion.steering), delay)
         fine = np.linspace(0.0, times[-1], 50)
         fine_poses = np.column_stack([np.interp(fine, times, poses[:, i]) for i in range(3)])
         places = np.array([walker.place(self.times[first] + t) for t in fine.tolist()])

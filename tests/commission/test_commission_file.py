@@ -12,6 +12,7 @@ import pytest
 from pickcli.commission.commission_file import read_commission
 from pickcli.driving.pallet_entry import entered_pose
 from pickcli.errors import InputError
+from support.command_line import apc, refused
 from support.commissions import SHIPPED, Change, station_of, written
 
 MISTAKES: dict[str, tuple[Change, str]] = {
@@ -41,6 +42,10 @@ MISTAKES: dict[str, tuple[Change, str]] = {
     ),
     "loaded": (lambda d: d["pallet"].update(load=0.5), "pallet.load: expected an empty pallet"),
     "off_deck": (lambda d: d["filled"].update(high=[0.7, 0.3]), "filled: is not on the deck, which is from"),
+    "half_deck": (
+        lambda d: (d["pallet"].update(kind="half"), d["filled"].update(low=[0.2, -0.3]))[0],
+        "pallet.kind: what is filled is not on a half one, from -0.3 to 0.3 and -0.4 to 0.4 m; state ano",
+    ),
     "no_deck": (lambda d: d["filled"].update(high=[0.1, 0.3]), "filled: low is not below high"),
     "kind": (lambda d: d["pallet"].update(kind="quarter"), "pallet.kind: expected"),
     "key": (lambda d: d.update(colour="red"), "colour: unknown key"),
@@ -118,3 +123,10 @@ def test_what_the_cell_cannot_do_is_refused_before_anything_moves(refusal: str, 
     change, told = REFUSALS[refusal]
     with pytest.raises(InputError, match=re.escape(told)):
         station_of(written(tmp_path, change))
+
+
+def test_a_misspelt_format_is_told_and_not_judged_as_an_order(tmp_path: Path) -> None:
+    path = written(tmp_path, lambda d: d.update(format="apc comission"))
+    answer = apc("run-trial", path, "-o", tmp_path / "out")
+    refused(answer, 3, path, "format: 'apc comission' is no format of a task; did you mean 'apc commission'?")
+    assert "work_order" not in answer.err and not (tmp_path / "out").exists()

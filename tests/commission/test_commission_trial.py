@@ -17,6 +17,7 @@ from pickcli.commission.commission_result import ActionError, CommissionedOutcom
 from pickcli.commission.commission_station import CommissionStation, with_thing_at
 from pickcli.commission.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.commission.commission_truck import CommissionTruck
+from pickcli.driving.free_space_proof import clearances
 from pickcli.driving.simulated_drives import DriveNoise
 from pickcli.files.packed_array import unpacked
 from pickcli.kinematics.arm import Arm
@@ -360,3 +361,17 @@ def test_a_deviation_decides_whether_the_pallet_is_delivered(played: PlayedCommi
     far = replace(result, delivered=replace(result.delivered, distance=0.07))
     turned = replace(result, delivered=replace(result.delivered, turn=0.04))
     assert not far.is_success and not turned.is_success and not replace(result, n_collisions=1).is_success
+
+
+def test_the_clearance_of_a_loaded_drive_counts_the_pallet_where_it_truly_is(
+    station: CommissionStation,
+) -> None:
+    truck = CommissionTruck(station, DriveNoise(), 0)
+    area = station.loaded(station.at_load, station.at_load, 0.0)
+    poses, entered = np.array([[0.6, 1.1, 0.0]]), station.pallet_in_truck
+    assert truck._clearance(area, poses) == pytest.approx(float(clearances(area, poses).min()))
+    truck.on_forks, truck.is_raised = entered, True
+    as_planned = truck._clearance(area, poses)
+    assert as_planned == pytest.approx(float(clearances(area, poses).min()), abs=1e-6)
+    truck.on_forks = entered - np.array([0.006, 0.0, 0.0])  # towards the wall
+    assert truck._clearance(area, poses) == pytest.approx(as_planned - 0.006, abs=1e-6)

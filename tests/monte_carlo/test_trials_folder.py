@@ -18,6 +18,7 @@ from pickcli.monte_carlo.trials_folder import (
     SUMMARY,
     TrialsReport,
     is_interrupted,
+    order_summary,
     play_trials,
     read_trials,
     refuse_trials_folder,
@@ -36,7 +37,7 @@ def played(
 ) -> TrialsReport:
     folder.mkdir(exist_ok=True)
     build = Build(job, replace(options or RunOptions(), output=folder / SUMMARY))
-    report = play_trials(build, cast(TrialJob, job), SEEDS, {"seeds": list(SEEDS)})
+    report = play_trials(build, cast(TrialJob, job), SEEDS, {"seeds": list(SEEDS)}, order_summary)
     write_trials(folder, report, page_bytes(trials_page(report.records)), replaced)
     build.finish()
     return report

@@ -43,3 +43,10 @@ def test_stopping_poses_turn_with_the_steering_and_end_at_rest() -> None:
     turn = stopping_distance(0.8, 0.1, TRUCK.acceleration) * np.sin(0.6) / TRUCK.wheel_base
     assert poses[-1, 2] - poses[0, 2] == pytest.approx(turn)
     np.testing.assert_allclose(poses[0], [1.0, 2.0, 0.5])
+
+
+def test_backwards_a_truck_rests_behind_where_it_was() -> None:
+    _, forwards = stopping_poses(TRUCK, np.zeros(3), (0.8, 0.6), 0.1)
+    _, backwards = stopping_poses(TRUCK, np.zeros(3), (-0.8, 0.6), 0.1)
+    np.testing.assert_allclose(backwards[:, 0], -forwards[:, 0], atol=1e-9)
+    np.testing.assert_allclose(backwards[:, 2], -forwards[:, 2], atol=1e-9)

@@ -87,3 +87,14 @@ def test_the_outline_ends_at_the_scanner() -> None:
     assert field.outline[:-1, 0].max() == pytest.approx(
         WATCH.scanner.forward + reach_towards(field, 0.0), abs=0.02
     )
+
+
+def test_the_field_of_a_rear_scanner_is_behind_the_truck() -> None:
+    rear = replace(WATCH.scanner, forward=-TRUCK.back, looks_back=True)
+    front, back = (
+        FieldSet(TRUCK, scanner, WATCH.fields).field_for(0.8, 0.0) for scanner in (WATCH.scanner, rear)
+    )
+    ahead = front.outline[:, 0].max() - TRUCK.front
+    behind = -back.outline[:, 0].min() - TRUCK.back
+    assert behind == pytest.approx(ahead, abs=0.02) and behind > back.stopping
+    assert back.outline[:, 0].max() < TRUCK.front + 1.0 and front.outline[:, 0].min() > -TRUCK.back - 1.0

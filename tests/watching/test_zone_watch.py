@@ -9,11 +9,12 @@ import pytest
 
 from pickcli.driving.drive_plan import plan_drive
 from pickcli.driving.drive_tracking import PERIOD
+from pickcli.watching.drive_watch import Guards
 from pickcli.watching.foreseen_contact import outline_distance
 from pickcli.watching.stopping_distance import stopping_distance
 from pickcli.watching.watched_drive import WatchedDrive
 from pickcli.watching.watched_scene import Walker, WatchedScene
-from pickcli.watching.zone_watch import Guards, watch_zone
+from pickcli.watching.zone_watch import watch_zone
 from support.watched import BOX, hall, narrow_watch, plan, scene, watch
 
 SCANNER, VESTS, NONE = Guards(vests=False), Guards(scanner=False), Guards(False, False)

@@ -1,0 +1,155 @@
+"""``apc run-trials COMMISSION...``: many trials of commissions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pickcli.commands.people_options import PeopleOptions
+from pickcli.commands.played_commission import (
+    OF_ORDERS,
+    commission_cell,
+    commission_conditions,
+    commission_file,
+    commission_task,
+    is_commission,
+)
+from pickcli.commands.trial_options import TrialOptions, refuse_options_of_orders
+from pickcli.commands.trials_output import (
+    TrialsFolder,
+    cell_files,
+    content_digest,
+    played_trials,
+    stored_files,
+)
+from pickcli.errors import InputError
+
+if TYPE_CHECKING:
+    from pickcli.commission.commission_job import CommissionJob
+
+MOST_TOLD = 5  # causes and failed steps that are printed; the page lists more
+
+
+def are_all_commissions(paths: Sequence[Path]) -> bool:
+    """Tell whether paths name commissions.
+
+    Args:
+        paths: Files of orders or commissions, or names of them.
+
+    Returns:
+        True for commissions, False for what are none.
+
+    Raises:
+        InputError: Some are commissions, and others are not.
+    """
+    ours = [path for path in paths if is_commission(path)]
+    others = [path for path in paths if path not in ours]
+    if ours and others:
+        raise InputError(
+            f"{ours[0]} is a commission and {others[0]} is not: their figures cannot be summed up; play one "
+            "kind at a time"
+        )
+    return bool(ours)
+
+
+def play_commission_files(
+    paths: Sequence[Path], seeds: Sequence[int], folder: TrialsFolder, options: TrialOptions,
+    people: PeopleOptions,
+) -> None:  # fmt: skip
+    """Play trials of commissions, write their folder, and print what came of them.
+
+    Args:
+        paths: Files of commissions, or their names under data/tasks.
+        seeds: Seeds for each.
+        folder: Where and how results are told.
+        options: The options of the command.
+        people: Those of people in the booth.
+
+    Raises:
+        UsageError: An option was stated that applies to orders only.
+        InputError: A file cannot be read or written, two have one name, or the cell cannot do what they say.
+    """
+    from pickcli.commission.commission_job import CommissionJob
+    from pickcli.commission.commission_station import HAND
+    from pickcli.commission.commission_trials import commission_summary
+    from pickcli.hand.hand_file import hand_file
+    from pickcli.jobs.job import sources_digest
+    from pickcli.page.commission_trials_page import commission_trials_page
+
+    refuse_options_of_orders(OF_ORDERS, "commissions")
+    conditions = commission_conditions(options, seeds[0])
+    files: dict[str, Path] = {}
+    for path in paths:
+        if path.stem in files:
+            raise InputError(
+                f"{path}: a second commission of the name {path.stem}; rename it, or name it once"
+            )
+        files[path.stem] = commission_file(path)
+    folder.refuse(files, seeds, *files.values(), people.path, *options.inputs)
+    played = {name: commission_task(path, options) for name, path in files.items()}
+    stored = [
+        path for each in played.values()
+        for path in stored_files(each.station.cell, options.roadmap, options.trajectories)
+    ]  # fmt: skip
+    watches = [people.booth_watch(each.station) for each in played.values()]  # all alike, once each is right
+    conditions = replace(conditions, watched=watches[0])
+    reads = [*files.values(), *stored, *cell_files(commission_cell(options), None), hand_file(HAND)]
+    job = CommissionJob(played, conditions, content_digest(reads), sources_digest())
+    made_from = _made_from(job, seeds, people)
+    report = played_trials(
+        job, seeds, folder, options.jobs, made_from, commission_summary, commission_trials_page
+    )
+    folder.tell(report, _lines(report.summary))
+
+
+def _made_from(job: CommissionJob, seeds: Sequence[int], people: PeopleOptions) -> dict[str, Any]:
+    """Return the parameters of the trials, for trials.json."""
+    cell, noise = next(iter(job.commissions.values())).station.cell, job.conditions.noise
+    return {
+        "commissions": [each.file_name for each in job.commissions.values()],
+        "seeds": list(seeds),
+        "cell": cell.name,
+        "cell_fingerprint": cell.scene_fingerprint,
+        "pose_noise": {"position_mm": 1e3 * noise.position, "angle_deg": math.degrees(noise.angle)},
+        "strategy": job.conditions.strategy.name,
+        "people": people.people,
+        "guards": None if people.people is None else people.guards,
+        "reality": job.conditions.reality.as_dict(),
+        "inputs": job.inputs,
+    }
+
+
+def _lines(summary: Mapping[str, Any]) -> list[str]:
+    """Format the most important results."""
+    time, handling = summary["duration_s"], summary["handling_s"]
+    return [
+        f"success: {_rate(summary['success'], 'commissions')}",
+        f"items in place: {_rate(summary['items_placed'], 'items')}",
+        f"time: {time['median']:.0f} s in the median, {time['max']:.0f} s at most; at the load "
+        f"{handling['median']:.0f} s in the median, {handling['max']:.0f} s at most",
+        ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in summary["totals"].items()),
+        *_people(summary["people"]),
+        *(f"no success {each['trials']} times: {each['cause']}" for each in summary["causes"][:MOST_TOLD]),
+        *(f"failed {each['steps']} times: {each['why']}" for each in summary["failed_steps"][:MOST_TOLD]),
+    ]
+
+
+def _people(people: Mapping[str, Any] | None) -> list[str]:
+    """Format what watched drives tell of people."""
+    if people is None:
+        return []
+    braked = people["braked_s"]
+    return [
+        f"people: {people['number']} came, {people['touched']} touched by the truck, {people['walked_in']} "
+        f"walked into it; braked {braked['median']:.1f} s in the median, {braked['max']:.1f} s at most"
+    ]
+
+
+def _rate(rate: dict[str, Any], what: str) -> str:
+    low, high = rate["interval"]
+    return (
+        f"{rate['successes']} of {rate['tries']} {what}, {rate['share']:.1%} (95 %: {low:.1%} to {high:.1%})"
+    )
