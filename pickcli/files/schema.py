@@ -38,6 +38,24 @@ class FileModel(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+def not_blank(value: object, unit: str) -> object:
+    """Refuse an optional limit whose key has no value: left out means none, left blank means forgotten.
+
+    Args:
+        value: The value as written.
+        unit: Its unit.
+
+    Returns:
+        The value.
+
+    Raises:
+        ValueError: It is null.
+    """
+    if value is None:
+        raise ValueError(f"expected a number, got nothing; give it in {unit}, or leave the key out")
+    return value
+
+
 def validate(source: Source, model: type[Model]) -> Model:
     """Check the content of a file against a model.
 

@@ -11,8 +11,9 @@ Read in this order:
   `link_shapes` for two links at single configurations; `solid_arrays` and `broad_phase` for thousands of
   pairs at once; `ray_casting` along a line.
 - The motion: `structure_check` with `query_check`, `clearance_check` with `exemptions`, `joint_limit_check`
-  by the bounds in `quintic`, `effort_check` by `inverse_dynamics`, `straightness_check`, `tool_speed`, and `event_check` with
-  `finger_events` or `vacuum_events`; `tool_change_check` and `upright_check` while an item is held.
+  by the bounds in `quintic`, `effort_check` by `inverse_dynamics`, `straightness_check`, `tool_speed`, and
+  `event_check` with `finger_events` or `vacuum_events`; `tool_change_check` and `upright_check` while an item
+  is held.
 - The item: `contact_check` with `contact_exemptions`, `support_check` by `pile_statics`, `contact_pile` with
   `body_boxes` and `equilibrium`, `push_check`, `topple_check`, `tipping_check`; `grasp_check` with
   `load_check`, or `pinch_check` with `strayed_pinch_check`, as `hold_choice` selects; `release_check` by
