@@ -254,9 +254,12 @@ def test_a_stow_rule_is_for_stows(command: str, out: Path) -> None:
 
 
 @pytest.mark.parametrize("command", ["run-trial", "run-trials"])
-def test_true_poses_have_no_errors(command: str, out: Path) -> None:
-    words = (command, "jsk_pick_sample", "--perception", "truth", "--pose-noise", "2,1", "-o", out)
-    misused(apc(*words), "--pose-noise: there are no errors with --perception truth")
+@pytest.mark.parametrize(
+    ("kind", "told"), [("truth", "there are no errors"), ("camera", "pictures have errors of their own")]
+)
+def test_only_bounded_errors_have_bounds(command: str, kind: str, told: str, out: Path) -> None:
+    words = (command, "jsk_pick_sample", "--perception", kind, "--pose-noise", "2,1", "-o", out)
+    misused(apc(*words), f"--pose-noise: {told} with --perception {kind}")
     assert not out.exists()
 
 
