@@ -61,7 +61,7 @@ def command(
     cell_name: str | None, items_path: Path | None, arm: str | None, standing: tuple[str, ...],
     jobs: int | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Find mistakes in a cell, scene, order of any kind, driving area or items, or damage in a stored file.
+    """Find mistakes in a cell, scene, order, driving area or items, or damage in a stored file.
 
     For a cell (its name, folder or cell.yaml) everything is read, and it is checked whether its named
     configurations are free, and how much of each place the arm reaches. Mistakes end with exit code 3; what

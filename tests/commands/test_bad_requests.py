@@ -381,3 +381,11 @@ def test_a_move_says_in_which_state_the_tool_is(made: Made, tmp_path: Path) -> N
     told = apc(*move, "--to", "tote_02v")  # a node of no roadmap: not free in every state of the tool
     assert told.code == 0 and "\n  tool straight\n" in told.out
     refused(apc(*move, "--overwrite", "--to", "tote_10h"), 5, "with the tool straight: goal: collision")
+
+
+@pytest.mark.parametrize(("text", "is_told"), [("0.3,0.1,0.05", True), ("0,0,0", False), ("300,0,4", False)])
+def test_a_place_in_metres_is_told(text: str, is_told: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    from pickcli.commands.plan_pick import _stated
+
+    _stated(text)
+    assert ("it is in mm" in capsys.readouterr().err) == is_told
