@@ -196,6 +196,11 @@ def jerk(arrays: dict[str, np.ndarray], plan: Plan) -> None:
 
 
 # Each row: what is done to a good pick, and a reason that must be among those given.
+def called(query: str) -> Mutation:
+    """State another query."""
+    return lambda plan: replace(plan, query=query)
+
+
 MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "a waypoint through the pod": (with_points(push_into_the_pod), "collision", "row_ABC"),
     "speed x 2.2": (scaled(2.2), "velocity limit", ""),
@@ -312,7 +317,7 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
         lambda p: replace(p, query=f"pick {CRAYOLA} from bin_B onto bin_F"), "wrong query", CRAYOLA,
     ),
     **{
-        f"called {query!r}": (lambda p, query=query: replace(p, query=query), "wrong query", CRAYOLA)
+        f"called {query!r}": (called(query), "wrong query", CRAYOLA)
         for query in (
             "pick x", f"Pick {CRAYOLA} from bin_B", "move from home to bin_C", f"stow {CRAYOLA} into bin_F",
             f"topple {CRAYOLA} in bin_B", f"shift {CRAYOLA} in bin_B", "",
