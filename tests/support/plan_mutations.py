@@ -195,12 +195,12 @@ def jerk(arrays: dict[str, np.ndarray], plan: Plan) -> None:
     arrays["accelerations"][20, 7] += 6.0
 
 
-# Each row: what is done to a good pick, and a reason that must be among those given.
 def called(query: str) -> Mutation:
     """State another query."""
     return lambda plan: replace(plan, query=query)
 
 
+# Each row: what is done to a good pick, and a reason that must be among those given.
 MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "a waypoint through the pod": (with_points(push_into_the_pod), "collision", "row_ABC"),
     "speed x 2.2": (scaled(2.2), "velocity limit", ""),
