@@ -13,6 +13,7 @@ from pickcli.commands.building import building
 from pickcli.commands.checked_texts import (
     CheckOptions,
     check_text,
+    is_order_name,
     kind_of_text,
     refuse_options_of_cells,
     refuse_picture,
@@ -60,7 +61,7 @@ def command(
     cell_name: str | None, items_path: Path | None, arm: str | None, standing: tuple[str, ...],
     jobs: int | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Find mistakes in a cell, scene, order, items or perceived items, or damage in a stored file.
+    """Find mistakes in a cell, scene, order, driving area or items, or damage in a stored file.
 
     For a cell (its name, folder or cell.yaml) everything is read, and it is checked whether its named
     configurations are free, and how much of each place the arm reaches. Mistakes end with exit code 3; what
@@ -74,7 +75,8 @@ def command(
       apc check my_robot --strict --picture reach.png
       apc check scene.json
     """
-    refuse_missing(path, (".h5", ".json", ".yaml"))
+    if not is_order_name(path):
+        refuse_missing(path, (".h5", ".json", ".yaml"))
     arms, kind = ArmRequest(arm, standing, items=items_path), kind_of_text(path)
     if items_path is not None and kind not in (SCENE, ORDER, PERCEIVED):
         raise click.UsageError("--items is for scenes, orders and perceived items; leave it out")

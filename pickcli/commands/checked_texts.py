@@ -1,4 +1,4 @@
-"""``apc check`` of texts: cells, scenes, orders, files of items and of perceived items."""
+"""``apc check`` of texts: cells, scenes, orders of all kinds, driving areas, items and perceived items."""
 
 from __future__ import annotations
 
@@ -18,7 +18,20 @@ from pickcli.commands.progress_bar import progress
 from pickcli.commands.scene_options import open_scene
 from pickcli.commands.table import table_lines
 from pickcli.errors import InputError
-from pickcli.files.file_kind import CELL, ITEMS, ORDER, PERCEIVED, PLAN, SCENE, STORE, FileKind
+from pickcli.files.file_kind import (
+    CELL,
+    COMMISSION,
+    DRIVING_AREA,
+    ITEMS,
+    ORDER,
+    PALLET,
+    PERCEIVED,
+    PLAN,
+    SCENE,
+    STORE,
+    STREAM,
+    FileKind,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,7 +39,7 @@ if TYPE_CHECKING:
     from pickcli.reachability.cell_check import CellCheck
 
 HEAD = 4096  # bytes at the start of a text file that state its format
-TEXTS = (CELL, SCENE, ORDER, ITEMS, PERCEIVED)
+TEXTS = (CELL, SCENE, ORDER, ITEMS, PERCEIVED, STREAM, PALLET, COMMISSION, DRIVING_AREA)
 _log = logging.getLogger(__name__)
 
 
@@ -48,6 +61,8 @@ def kind_of_text(path: Path) -> FileKind | None:
 
     if path.is_dir() or str(path) in cell_names():
         return CELL
+    if is_order_name(path):
+        return ORDER
     with suppress(OSError):  # the reader will report why it cannot be read
         refuse_special_file(path)
         with path.open("rb") as file:
@@ -55,13 +70,27 @@ def kind_of_text(path: Path) -> FileKind | None:
             kind = kind_of(head)
             if kind in TEXTS:
                 return kind
-            wanted = f"a cell, a scene, an order, items, perceived items, or {STORE.name} is expected here"
+            wanted = f"{', '.join(each.name for each in TEXTS)}, or {STORE.name} is expected here"
             if kind not in (None, STORE):
                 advice = " (apc verify checks plans)" if kind is PLAN else ""
                 raise InputError(f"{path}: is {kind.name}, but {wanted}{advice}")
             if kind is None and head.strip() and head.isascii() and b"\0" not in head:
                 raise InputError(f"{path}: is a text file of another kind, but {wanted}")
     return None
+
+
+def is_order_name(path: Path) -> bool:
+    """Tell whether a path is the name of an order under data/tasks.
+
+    Args:
+        path: As written by the user.
+
+    Returns:
+        True if there is no such file, but an order of that name.
+    """
+    from pickcli.trial.order_file import order_names
+
+    return not path.suffix and not path.exists() and str(path) in order_names()
 
 
 def refuse_options_of_cells(strict: bool, picture: Path | None) -> None:
@@ -140,6 +169,10 @@ def check_text(path: Path, kind: FileKind, options: CheckOptions) -> None:
         ORDER: _checked_order,
         ITEMS: _checked_items,
         PERCEIVED: _checked_perceived,
+        STREAM: _checked_stream,
+        PALLET: _checked_pallet,
+        COMMISSION: _checked_commission,
+        DRIVING_AREA: _checked_driving_area,
     }[kind]
     with _heard() as warnings:
         values = check(path, options)
@@ -219,6 +252,37 @@ def _reach_table(found: CellCheck) -> list[str]:
         name = f"{each.place}, arm {each.arm}" if each.arm else each.place
         rows.append([name, f"{each.share:.0%}", waits, in_line, str(len(each.tips))])
     return table_lines(("place", "reached", "from", "in a line", "tool poses"), rows)
+
+
+def _checked_stream(path: Path, options: CheckOptions) -> dict[str, Any]:
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.scene.stream_file import read_stream
+
+    cell = None if options.cell_name is None else open_cell(options.cell_name, options.arms)
+    stream = read_stream(path, cell, lambda name: load_workcell(name).preferred)
+    n = len(stream.items)
+    return {"text": f"a stream of {n} items on {stream.conveyor}", "items": n}
+
+
+def _checked_pallet(path: Path, options: CheckOptions) -> dict[str, Any]:
+    from pickcli.palletizing.pallet_order_file import read_pallet_order
+
+    n = len(read_pallet_order(path).cartons)
+    return {"text": f"an order of a pallet of {n} cartons", "cartons": n}
+
+
+def _checked_commission(path: Path, options: CheckOptions) -> dict[str, Any]:
+    from pickcli.commission.commission_file import read_commission
+
+    n = len(read_commission(path).items)
+    return {"text": f"a commission of {n} items", "items": n}
+
+
+def _checked_driving_area(path: Path, options: CheckOptions) -> dict[str, Any]:
+    from pickcli.driving.driving_area_file import read_driving_area
+
+    n = len(read_driving_area(path).boxes)
+    return {"text": f"a driving area with {n} boxes", "boxes": n}
 
 
 def _draw(found: CellCheck, picture: Path, overwrite: bool) -> None:

@@ -63,7 +63,7 @@ COMMANDS: dict[str, str] = {
     "explain-stow": "Show which bin is assigned to each item of a stow order, and why.",
     "run-trials": "Play orders with many seeds, and report the distribution of scores.",
     "compare-trials": "Compare two folders of trials, and test whether the difference is more than chance.",
-    "check": "Find mistakes in a cell, scene, order, items or perceived items, or damage in a stored file.",
+    "check": "Find mistakes in a cell, scene, order, driving area or items, or damage in a stored file.",
     "refresh": "Update a roadmap or trajectory database for a cell that changed.",
     "cache": "Show what is in the cache of built files, or delete it.",
     "show": "Make a page that shows a cell, scene, plan, trial, roadmap or database in 3-D.",

@@ -78,6 +78,8 @@ def command(
     from pickcli.random_scenes.make_stream import StreamRequest, conveyors, make_stream
     from pickcli.scene.stream_file import write_stream
 
+    if within is not None and not one_by_one:
+        raise click.UsageError("--within: states where items are set down one by one; add --one-by-one")
     refuse_output(output, overwrite, cell_name)
     cell = load_workcell(cell_name).preferred
     belts = conveyors(cell)

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from pickcli.planning.pick_problem import StatedPlace
     from pickcli.scene.scene import Scene
 
+MINUTE_PLACE = 5.0  # mm of each coordinate, below which metres were probably meant
+
 
 @click.command("plan-pick", cls=Command)
 @scene_or_cell_options
@@ -94,6 +96,10 @@ def _stated(text: str) -> StatedPlace:
     if len(numbers) not in (3, 4) or not all(map(math.isfinite, numbers)):
         raise click.UsageError(f"--at: expected X,Y,Z or X,Y,Z,DEG in mm and degrees, got {text!r}")
     x, y, z, turn = (*numbers, 0.0)[:4]
+    if any(numbers[:3]) and max(abs(x), abs(y), abs(z)) < MINUTE_PLACE:
+        click.echo(
+            f"note: --at {text}: within {MINUTE_PLACE:g} mm of the place's origin; it is in mm", err=True
+        )
     return StatedPlace(1e-3 * x, 1e-3 * y, 1e-3 * z, math.radians(turn))
 
 

@@ -68,7 +68,7 @@ def command(
         return
     for row in rows:
         click.echo(_as_text(row))
-    click.echo(f"wrote {output}: {len(rows)} envelopes, {len(content) / 1e6:.2f} MB")
+    click.echo(f"wrote {output}: {len(rows)} envelope{'s' * (len(rows) != 1)}, {len(content) / 1e6:.2f} MB")
 
 
 def _found(

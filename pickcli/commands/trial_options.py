@@ -259,12 +259,11 @@ class TrialOptions:
 
         strategy = load_strategy(self.strategy_name)
         rule, kind, noise = StowRule(self.stow_rule), PerceptionKind(self.perception), self.pose_noise
+        if kind is not PerceptionKind.NOISE and is_stated("pose_noise"):
+            is_truth = kind is PerceptionKind.TRUTH
+            why = "there are no errors with" if is_truth else "pictures have errors of their own with"
+            raise click.UsageError(f"--pose-noise: {why} --perception {kind}; leave it out")
         if kind is PerceptionKind.TRUTH:
-            source = click.get_current_context().get_parameter_source("pose_noise")
-            if source is ParameterSource.COMMANDLINE:
-                raise click.UsageError(
-                    "--pose-noise: there are no errors with --perception truth; leave it out"
-                )
             noise = PoseNoise()
         return TrialConditions(
             noise, reality, self.pod_shift, rule, strategy, kind, self._sift_of(kind), self.tote_shift,

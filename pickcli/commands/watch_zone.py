@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
@@ -72,6 +73,9 @@ def command(
     from pickcli.watching.watched_scene_file import read_watched_scene
     from pickcli.watching.zone_watch import watch_zone
 
+    given = click.get_current_context().get_parameter_source("people") is ParameterSource.COMMANDLINE
+    if watched_path is not None and given:
+        raise click.UsageError("--people is for a drawn scene, not with --watched; leave one of them out")
     watch_path = watch_file(watch_name)
     refuse_output(output, overwrite, area_path, watched_path, watch_path)
     if picture is not None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pickcli.errors import InputError
+from pickcli.name_suggestion import shortened, suggestion
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 STORE_END = (
@@ -125,6 +126,16 @@ _BY_FORMAT = {
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (watched \w+|\w+)", re.MULTILINE)
+_FULL_NAMES = {"stacked": "stacked pallet", "driving": "driving area", "detected": "detected pallet"}
+_FORMATS = tuple(f"apc {_FULL_NAMES.get(name.decode(), name.decode())}" for name in _BY_FORMAT)
+_ANY_FORMAT = re.compile(_KEY % rb"format" + rb"[ \t]*[\"']?([^\"'\r\n,}]*)", re.MULTILINE)
+_BY_KEYS = (  # what a file without a format is, if it has all of these keys
+    ("apc commission", COMMISSION, ("products", "delivery")),
+    ("apc driving area", DRIVING_AREA, ("walls", "start", "goal")),
+    ("apc stream", STREAM, ("conveyor", "speed", "items")),
+    ("apc pallet", PALLET, ("pallet", "cartons")),
+    ("apc stacked pallet", STACKED, ("pallet", "placements")),
+)
 _BY_PATTERN = (  # if no format is stated
     (re.compile(_KEY % rb"(?:max_score|boxes_per_hour|items_ordered|presented)", re.MULTILINE), TRIAL),
     (re.compile(_KEY % rb"(?:bin_contents|tote_contents|work_order|moves)", re.MULTILINE), ORDER),
@@ -146,6 +157,7 @@ def kind_of(content: bytes) -> FileKind | None:
     Returns:
         The kind; None if unknown.
     """
+    content = content.removeprefix(codecs.BOM_UTF8)
     if content.startswith(HDF5_MAGIC) or content.endswith(STORE_END):
         return STORE
     if content.startswith(PICTURE_MAGICS):
@@ -157,6 +169,9 @@ def kind_of(content: bytes) -> FileKind | None:
 
 def refuse_other_kind(path: Path, content: bytes, wanted: FileKind, is_whole: bool = True) -> None:
     """Refuse a file of another kind than expected, or a binary file of unknown kind.
+
+    Orders of the challenges state no format. Where one is expected, a file that states an unknown format, or
+    none although it has the keys of a kind that must, is refused, too.
 
     Args:
         path: The file, for messages.
@@ -174,6 +189,8 @@ def refuse_other_kind(path: Path, content: bytes, wanted: FileKind, is_whole: bo
     elif b"\0" in content and not _is_utf8(content):
         name = "a binary file"
     else:
+        if wanted is ORDER:
+            _refuse_misnamed(path, content.removeprefix(codecs.BOM_UTF8))
         return
     if found is not wanted:
         cut = ", cut off at its end," if is_whole and _is_cut_off(content) else ","
@@ -196,6 +213,17 @@ def refuse_utf_16(path: Path, content: bytes) -> None:
     )
     if content.startswith(UTF_16_MARKS) or is_ascii:
         raise InputError(f"{path}: is text in UTF-16; save the file as UTF-8")
+
+
+def _refuse_misnamed(path: Path, content: bytes) -> None:
+    """Refuse a file without the keys of an order whose format is unknown, or missing."""
+    if (stated := _ANY_FORMAT.search(content)) is not None:
+        name = stated[1].decode("utf-8", "replace").strip()
+        raise InputError(f"{path}: format: unknown {shortened(name)!r}; {suggestion(name, _FORMATS)}")
+    for name, kind, keys in _BY_KEYS:
+        if all(re.search(_KEY % key.encode(), content, re.MULTILINE) for key in keys):
+            have = ", ".join(map(repr, keys))
+            raise InputError(f"{path}: format: missing; with {have} it is {kind.name}: add format: {name!r}")
 
 
 def _is_cut_off(content: bytes) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
@@ -36,6 +37,24 @@ class FileModel(BaseModel):
     """Base of all models of files: strict types, unknown keys refused, immutable."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def not_blank(value: object, unit: str) -> object:
+    """Refuse an optional limit whose key has no value: left out means none, left blank means forgotten.
+
+    Args:
+        value: The value as written.
+        unit: Its unit.
+
+    Returns:
+        The value.
+
+    Raises:
+        ValueError: It is null.
+    """
+    if value is None:
+        raise ValueError(f"expected a number, got nothing; give it in {unit}, or leave the key out")
+    return value
 
 
 def validate(source: Source, model: type[Model]) -> Model:
@@ -202,6 +221,8 @@ def _wanted(model: type[BaseModel], key: Key, detail: Any) -> str:
         expected = _TYPES.get(kind) or detail["msg"].removeprefix("Input should ")
         expected = re.sub(r"^String should have", "text of", expected)
         expected = expected.removeprefix("be ").removeprefix("have ")
+        for number, name in _ANGLES.items():
+            expected = re.sub(rf"(?<![\d.]){re.escape(number)}$", name, expected)
     is_part = bool(key) and str(key[-1]) not in _fields(model, key[:-1])  # in a list or mapping
     if meaning == NO_MEANING or (is_part and kind in (*_TYPES, *_BOUNDS, PATTERN)):
         return f"{NO_MEANING} {expected}" if expected.startswith(("less", "greater")) else expected
@@ -213,6 +234,7 @@ def _wanted(model: type[BaseModel], key: Key, detail: Any) -> str:
 _TYPES = {"model_type": "an object {...}", "dict_type": "an object {...}", "list_type": "a list [...]",
           "tuple_type": "a list [...]", "string_type": "text in quotes"}  # fmt: skip
 _NUMBERS = ("float_type", "float_parsing", "int_type", "int_parsing")
+_ANGLES = {repr(math.pi): "3.14159 (pi)", repr(math.pi / 2): "1.5708 (pi/2)"}  # bounds in rad
 PATTERN = "string_pattern_mismatch"
 _NAMES = {  # by pattern
     r"^[A-Za-z][A-Za-z0-9_]*$": "a name of letters, digits and _, a letter first",

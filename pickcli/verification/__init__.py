@@ -10,9 +10,10 @@ Read in this order:
 - Distances: `fcl_solids` and `separation` for two solids, `pair_distance` over a motion,
   `link_shapes` for two links at single configurations; `solid_arrays` and `broad_phase` for thousands of
   pairs at once; `ray_casting` along a line.
-- The motion: `structure_check`, `clearance_check` with `exemptions`, `joint_limit_check` by the bounds in
-  `quintic`, `effort_check` by `inverse_dynamics`, `straightness_check`, `tool_speed`, and `event_check` with
-  `finger_events` or `vacuum_events`; `tool_change_check` and `upright_check` while an item is held.
+- The motion: `structure_check` with `query_check`, `clearance_check` with `exemptions`, `joint_limit_check`
+  by the bounds in `quintic`, `effort_check` by `inverse_dynamics`, `straightness_check`, `tool_speed`, and
+  `event_check` with `finger_events` or `vacuum_events`; `tool_change_check` and `upright_check` while an item
+  is held.
 - The item: `contact_check` with `contact_exemptions`, `support_check` by `pile_statics`, `contact_pile` with
   `body_boxes` and `equilibrium`, `push_check`, `topple_check`, `tipping_check`; `grasp_check` with
   `load_check`, or `pinch_check` with `strayed_pinch_check`, as `hold_choice` selects; `release_check` by

@@ -24,9 +24,9 @@ from pickcli.verification.landing_statics import (
 from pickcli.verification.static_solids import place_at, release_pose
 
 DROP_LIMIT = 0.3  # m from the item's bottom to the floor between walls (rules of 2016)
-SHIFT = re.compile(r"shift \S+ in \S+ by (?P<x>-?\d+),(?P<y>-?\d+) mm(?: and (?P<turn>-?\d+) deg)?")
+SHIFT = re.compile(r"shift .+ in \S+ by (?P<x>-?\d+),(?P<y>-?\d+) mm(?: and (?P<turn>-?\d+) deg)?")
 STATED = re.compile(
-    r"pick \S+ from \S+ into (?P<place>\S+) at (?P<x>-?[\d.]+),(?P<y>-?[\d.]+),(?P<z>-?[\d.]+) mm and "
+    r"pick .+ from \S+ into (?P<place>\S+) at (?P<x>-?[\d.]+),(?P<y>-?[\d.]+),(?P<z>-?[\d.]+) mm and "
     r"(?P<yaw>-?[\d.]+) deg"
 )
 OFF_SHIFT, OFF_TURN = 3.0, np.radians(2.0)  # mm and rad by which an item may end off what the query says

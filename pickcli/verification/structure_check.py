@@ -13,6 +13,7 @@ from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.contact_exemptions import may_touch
+from pickcli.verification.query_check import check_query
 
 TIME_TOLERANCE = 1e-9  # s
 SHORTEST_STEP = 1e-9  # s between two points: its third power is far from the smallest float
@@ -31,7 +32,7 @@ def check_structure(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """
     reasons = [*_trajectory(plan, scene)] or [*_magnitudes(plan)]
     if not reasons:
-        names = [*_names(plan, scene), *_query(plan, scene), *_tool_states(plan, scene)]
+        names = [*_names(plan, scene), *check_query(plan, scene), *_tool_states(plan, scene)]
         reasons = [*_segments(plan), *names, *_beginning(plan, scene), *_holding(plan)]
     return tuple(reasons)
 
@@ -117,18 +118,6 @@ def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
             )
         if segment.held is not None and (plan.grasp is None or segment.held != plan.grasp.item):
             yield Reason("wrong held item", where, f"{segment.held}, not the item of the grasp")
-
-
-def _query(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """Check that the query of a pick or shift, which messages repeat, names the motion's item and place."""
-    words = plan.query.split(" ")
-    verbs = words[::2][:2]
-    if plan.grasp is None or verbs not in (["pick", "from"], ["shift", "in"]) or scene.held is not None:
-        return
-    placed = next((placed for placed in scene.items if placed.id == plan.grasp.item), None)
-    if placed is not None and words[1:4] != [placed.id, verbs[1], placed.location]:
-        motion = f"the motion picks {placed.id} from {placed.location}"
-        yield Reason("wrong query", "query", f"{plan.query!r}, but {motion}")
 
 
 def _tool_states(plan: Plan, scene: Scene) -> Iterator[Reason]:

@@ -30,6 +30,7 @@ from pickcli.verification.hold_choice import check_hold
 from pickcli.verification.joint_limit_check import Ratios, check_limits
 from pickcli.verification.moving_parts import Part, farthest, parts_of_segments
 from pickcli.verification.push_check import check_push, pushed_by
+from pickcli.verification.query_check import check_destination
 from pickcli.verification.recovery_check import check_opening, check_recovery, needed_clearance
 from pickcli.verification.release_check import check_release
 from pickcli.verification.state_sampling import MAX_STEP, States, sample_states
@@ -135,6 +136,7 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
         *check_hold(plan, scene, T_tip_item),
         *check_io(plan, scene),
         *check_release(plan, scene, T_tip_item),
+        *check_destination(plan, scene, T_tip_item),
     )
     if reasons:
         return Verdict(None, reasons)
@@ -176,6 +178,7 @@ def _verify_tracked(plan: Plan, scene: Scene, digest: str) -> Verdict:
         *check_hold(plan, view.scene, T_tip_item),
         *check_io(work.plan, work.scene),
         *check_release(plan, view.scene, T_tip_item),
+        *check_destination(plan, view.scene, T_tip_item),
     )
     if reasons:
         return Verdict(None, reasons)

@@ -254,9 +254,12 @@ def test_a_stow_rule_is_for_stows(command: str, out: Path) -> None:
 
 
 @pytest.mark.parametrize("command", ["run-trial", "run-trials"])
-def test_true_poses_have_no_errors(command: str, out: Path) -> None:
-    words = (command, "jsk_pick_sample", "--perception", "truth", "--pose-noise", "2,1", "-o", out)
-    misused(apc(*words), "--pose-noise: there are no errors with --perception truth")
+@pytest.mark.parametrize(
+    ("kind", "told"), [("truth", "there are no errors"), ("camera", "pictures have errors of their own")]
+)
+def test_only_bounded_errors_have_bounds(command: str, kind: str, told: str, out: Path) -> None:
+    words = (command, "jsk_pick_sample", "--perception", kind, "--pose-noise", "2,1", "-o", out)
+    misused(apc(*words), f"--pose-noise: {told} with --perception {kind}")
     assert not out.exists()
 
 
@@ -378,3 +381,11 @@ def test_a_move_says_in_which_state_the_tool_is(made: Made, tmp_path: Path) -> N
     told = apc(*move, "--to", "tote_02v")  # a node of no roadmap: not free in every state of the tool
     assert told.code == 0 and "\n  tool straight\n" in told.out
     refused(apc(*move, "--overwrite", "--to", "tote_10h"), 5, "with the tool straight: goal: collision")
+
+
+@pytest.mark.parametrize(("text", "is_told"), [("0.3,0.1,0.05", True), ("0,0,0", False), ("300,0,4", False)])
+def test_a_place_in_metres_is_told(text: str, is_told: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    from pickcli.commands.plan_pick import _stated
+
+    _stated(text)
+    assert ("it is in mm" in capsys.readouterr().err) == is_told

@@ -52,13 +52,17 @@ def test_items_one_by_one_are_for_a_belt_that_stands(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "fault"),
     [
-        (("--within", "0.5,1.0"), "add --one-by-one"),
         (("--one-by-one", "--within", "2.0,1.0"), "take 0 <= LO <= HI up to that"),
         (("--one-by-one", "--within", "1.0,9.0"), "the belt is 3.1 m long"),
     ],
 )
 def test_stretches_that_are_none_are_refused(options: tuple[str, ...], fault: str, tmp_path: Path) -> None:
     refused(apc("make-stream", "--speed", "0", *options, "-o", tmp_path / "s.json"), 3, fault)
+
+
+def test_a_stretch_is_of_items_one_by_one(tmp_path: Path) -> None:
+    answer = apc("make-stream", "--speed", "0", "--within", "0.5,1.0", "-o", tmp_path / "s.json")
+    misused(answer, "--within: states where items are set down one by one; add --one-by-one")
 
 
 @pytest.mark.parametrize("text", ["1.0", "a,b", "nan,1", "0.1,inf"])

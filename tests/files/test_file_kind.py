@@ -96,6 +96,44 @@ def test_a_text_in_utf_16_is_called_that(encoding: str) -> None:
             refuse_other_kind(Path("f"), content.decode().encode(encoding), kind)
 
 
+def test_a_byte_order_mark_hides_no_kind() -> None:
+    for content, kind in BEGINNINGS[1:]:
+        assert kind_of(b"\xef\xbb\xbf" + content) == kind
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (
+            b'{"format": "apc comission", "version": 1}',
+            "unknown 'apc comission'; did you mean 'apc commission'",
+        ),
+        (
+            b"format: apc drivingarea\nversion: 1\n",
+            "unknown 'apc drivingarea'; did you mean 'apc driving area'",
+        ),
+        (b"format:\nversion: 1\n", "unknown ''; known: apc cell, "),
+        (
+            b'{"products": {}, "delivery": {}}',
+            "missing; with 'products', 'delivery' it is a commission: ",
+        ),
+        (b"walls: {}\nstart: {}\ngoal: {}\n", ".* it is a driving area: add format: 'apc driving area'"),
+        (b'{"conveyor": "belt", "speed": 0, "items": []}', "missing; .* it is a stream of items: add format"),
+        (b"pallet: {}\ncartons: []\n", "missing; .* it is an order of a pallet: add format: 'apc pallet'"),
+    ],
+)
+def test_a_wrong_or_missing_format_is_told_where_an_order_is_expected(content: bytes, told: str) -> None:
+    for begin in (b"", b"\xef\xbb\xbf"):
+        with pytest.raises(InputError, match=f"^f: format: {told}"):
+            refuse_other_kind(Path("f"), begin + content, ORDER)
+    refuse_other_kind(Path("f"), content, CELL)  # the reader of cells names its format
+
+
+def test_an_order_with_an_unknown_key_is_left_to_its_reader() -> None:
+    for content in (b'{"bin_contents": {}, "format": "x"}', b'{"contents": {}}', b"{}"):
+        refuse_other_kind(Path("f"), content, ORDER)
+
+
 def test_the_cases_are_all_kinds() -> None:
     assert {kind for _, kind in BEGINNINGS} == set(KINDS)
 

@@ -236,4 +236,6 @@ def _with_events(b: Builder, T_item_tip: Array) -> Plan:
     for device, action, k, offset in switching:
         t, lead = b.segments[k].t_end + offset, devices[device].lead
         events.append(Event(device, action, Anchor(AnchorKind.SEGMENT_END, k, offset), lead, t, t - lead))
-    return Plan("pick", "", "", 0, tuple(b.segments), b.trajectory(), tuple(events), grasp)
+    return Plan(
+        f"pick {CRAYOLA} from bin_B", "", "", 0, tuple(b.segments), b.trajectory(), tuple(events), grasp
+    )

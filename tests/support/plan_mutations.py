@@ -195,6 +195,11 @@ def jerk(arrays: dict[str, np.ndarray], plan: Plan) -> None:
     arrays["accelerations"][20, 7] += 6.0
 
 
+def called(query: str) -> Mutation:
+    """State another query."""
+    return lambda plan: replace(plan, query=query)
+
+
 # Each row: what is done to a good pick, and a reason that must be among those given.
 MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "a waypoint through the pod": (with_points(push_into_the_pod), "collision", "row_ABC"),
@@ -305,6 +310,19 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "called a pick from another bin": (
         lambda p: replace(p, query=f"pick {CRAYOLA} from bin_Z into tote"), "wrong query", CRAYOLA,
     ),
+    "called a pick into another place": (
+        lambda p: replace(p, query=f"pick {CRAYOLA} from bin_B into bin_F"), "wrong query", "tote",
+    ),
+    "called a pick with another ending": (
+        lambda p: replace(p, query=f"pick {CRAYOLA} from bin_B onto bin_F"), "wrong query", CRAYOLA,
+    ),
+    **{
+        f"called {query!r}": (called(query), "wrong query", CRAYOLA)
+        for query in (
+            "pick x", f"Pick {CRAYOLA} from bin_B", "move from home to bin_C", f"stow {CRAYOLA} into bin_F",
+            f"topple {CRAYOLA} in bin_B", f"shift {CRAYOLA} in bin_B", "",
+        )
+    },
     "carried faster than the plan states": (
         lambda p: replace(p, speed_scale=0.1), "carrying speed limit", "transfer",
     ),

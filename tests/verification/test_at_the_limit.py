@@ -135,7 +135,7 @@ def with_held(*held: bool, contacts: tuple[int, ...] = ()) -> list[tuple[str, st
         Segment(kind, float(k), k + 1.0, STRAIGHT, CRAYOLA if is_held else None)
         for k, (kind, is_held) in enumerate(zip(kinds, held, strict=True))
     )
-    plan = Plan("pick", "", "", 0, parts, resting(0.0, float(len(held))), (), pick()[0].grasp)
+    plan = Plan(pick()[0].query, "", "", 0, parts, resting(0.0, float(len(held))), (), pick()[0].grasp)
     return [(reason.what, reason.where) for reason in check_structure(bound(plan, pick()[1]), pick()[1])]
 
 
@@ -161,7 +161,7 @@ def test_an_item_is_taken_once_and_released_once() -> None:
 def test_each_kind_of_segment_says_whether_something_is_held(kind: SegmentKind) -> None:
     """Of a plan of that segment alone, without an item and with one that was in the cup before."""
     (empty,) = (Segment(kind, 0.0, 1.0, STRAIGHT, None),)
-    whole = Plan("pick", "", "", 0, (empty,), resting(0.0, 1.0), (), pick()[0].grasp)
+    whole = Plan(pick()[0].query, "", "", 0, (empty,), resting(0.0, 1.0), (), pick()[0].grasp)
     carried = replace(whole, segments=(replace(empty, held=CRAYOLA),))
     found, loaded = ([r.what for r in check_structure(plan, pick()[1])] for plan in (whole, carried))
     carries = kind in (SegmentKind.LIFT, SegmentKind.TRANSFER, SegmentKind.INSERT, SegmentKind.PLACE)

@@ -364,3 +364,35 @@ def test_what_breaks_a_limit_is_not_looked_at_for_long(monkeypatch: pytest.Monke
         "velocity limit", "acceleration limit", "jerk limit",
     }  # fmt: skip
     assert verify(plan, scene).certificate is not None
+
+
+def test_a_move_leads_between_the_configurations_that_its_query_names() -> None:
+    scene = make_scene()
+    plan = move_plan(scene, home_to("bin_C", 3.0))
+    for query, fault in (
+        ("move from home to bin_C", None),
+        ("park arm left", None),
+        ("move from home to bin_D", "the end of the motion is not bin_D"),
+        ("move from bin_B to bin_C", "the start of the motion is not bin_B"),
+        ("pick dove_beauty_bar from bin_C", "takes and pushes no item"),
+        ("Stow dove_beauty_bar into bin_C", "takes and pushes no item"),
+    ):
+        reasons = [str(r) for r in verify(replace(plan, query=query), scene).reasons if "query" in str(r)]
+        assert bool(reasons) == (fault is not None), query
+        assert fault is None or fault in reasons[0]
+
+
+def test_the_query_of_an_item_whose_id_has_blanks_is_compared_too() -> None:
+    """Also one whose id reads like the rest of a query."""
+    plan, scene = pick()
+    for name in ("my crayons 1", "crayons from bin_A into bin_F"):
+        renamed = replace(scene, items=(replace(scene.items[0], id=name), *scene.items[1:]))
+        segments = tuple(
+            replace(s, held=s.held and name, touching=tuple(name if t == CRAYOLA else t for t in s.touching))
+            for s in plan.segments
+        )
+        other = replace(with_grasp(item=name)(plan), segments=segments, query=f"pick {name} from bin_B")
+        assert verify(bound(other, renamed), renamed).reasons == ()
+        for query in (f"pick {name} from bin_A", f"pick {name} from bin_B into bin_F", f"pick {CRAYOLA}"):
+            found = verify(bound(replace(other, query=query), renamed), renamed).reasons
+            assert [reason.what for reason in found] == ["wrong query"]

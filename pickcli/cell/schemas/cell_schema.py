@@ -23,6 +23,7 @@ from pickcli.files.schema import (
     Size,
     Text,
     Thickness,
+    not_blank,
 )
 
 MAX_OBSTACLES = 2000
@@ -99,6 +100,11 @@ class JointLimitModel(FileModel):
     )
     has_jerk_limits: Literal[True] = Field(description="true (no limit is assumed)")
     max_jerk: LimitOf = Field(description="a jerk limit in m/s3 or rad/s3", json_schema_extra=FROM_MAKER)
+
+    @field_validator("min_position", "max_position", mode="before")
+    @classmethod
+    def _not_forgotten(cls, position: object) -> object:
+        return not_blank(position, "m or rad")
 
 
 class ArmModel(FileModel):
@@ -301,9 +307,7 @@ class CellModel(FileModel):
     @field_validator("max_tool_speed", mode="before")
     @classmethod
     def _not_forgotten(cls, speed: object) -> object:
-        if speed is None:
-            raise ValueError("expected a number, got nothing; give it in m/s, or leave the key out")
-        return speed
+        return not_blank(speed, "m/s")
 
     @field_validator("tool", "pod", "tote")
     @classmethod

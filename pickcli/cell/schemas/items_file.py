@@ -18,7 +18,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
 from pickcli.files.file_kind import ITEMS
 from pickcli.files.file_warnings import FileWarnings, refuse_unknown_kinds
-from pickcli.files.schema import FileModel, Number, Text, validate
+from pickcli.files.schema import FileModel, Number, Text, not_blank, validate
 from pickcli.files.yaml_reader import read_yaml
 
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
@@ -87,6 +87,11 @@ class ItemModel(FileModel):
     )
     folded: str = Field("", description="how cloth or a bag was folded")
     source: Annotated[str, Field(min_length=3)] = Field(description="where the figures come from")
+
+    @field_validator("max_tilt", mode="before")
+    @classmethod
+    def _not_forgotten(cls, tilt: object) -> object:
+        return not_blank(tilt, "rad")
 
     @model_validator(mode="after")
     def _one_shape(self) -> ItemModel:

@@ -17,6 +17,16 @@ def _items(name: str, told: str, *changes: Replacement, strict: bool = False) ->
 
 ITEM_MISTAKES = (
     _items(
+        "a tilt in degrees",
+        "items.barkely_hide_bones.max_tilt: … equal to 1.5708 (pi/2), got 30; angles are in rad, …",
+        (BONES, f"{BONES}\n    max_tilt: 30"),
+    ),
+    _items(
+        "a tilt left blank",
+        "items.barkely_hide_bones.max_tilt: expected a number, got nothing; give it in rad, or leave …",
+        (BONES, f"{BONES}\n    max_tilt:"),
+    ),
+    _items(
         "box in mm",
         "items.barkely_hide_bones.box[0]: expected … to 2, got 206; lengths are in m, not mm",
         (BONES, "box: [206, 136, 33]"),
