@@ -259,7 +259,7 @@ def test_what_holds_no_vacuum_has_no_face_that_seals() -> None:
         "scotch_duct_tape": ("+z", "-z"),
         "platinum_pets_dog_bowl": ("+z", "mantle"),
         "clorox_utility_brush": ("-z", "+y", "-y"),
-        "dr_browns_bottle_brush": ("+z",),
+        "dr_browns_bottle_brush": ("+z", "-z"),
         "woods_extension_cord": ("+x", "-x", "+y", "-y"),
         "dasani_water_bottle": ("+z", "-z"),
     }.items():
