@@ -156,6 +156,7 @@ def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
 
 
 def is_plannable(target: PlacedItem, scene: Scene, warm: Sequence[PlanningContext]) -> bool:
+    """Whether an arm can bring the target to the tote or, out of the tote, to any of the bins."""
     return any(_has_plan(target, replace(scene, cell=context.cell), context) for context in warm)
 
 
