@@ -1,4 +1,4 @@
-"""A pick across an area that is narrower than the cup, and one by a base that faces the mouth."""
+"""A pick across an area that is narrower than the cup, and two by a base, from outside and from inside."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ NOISE = PoseNoise(0.002, float(np.radians(1.0)))
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "seed", "face"), [
     ("fiskars_scissors_red", 3000, "+z"), ("rolodex_jumbo_pencil_cup", 3001, "-z"),
+    ("rolodex_jumbo_pencil_cup", 3004, "+z/inside"),
 ])  # fmt: skip
 def test_it_is_planned_certified_and_carried_out_where_the_item_really_is(
     cell: Cell, context: PlanningContext, home: Start, name: str, seed: int, face: str
