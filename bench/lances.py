@@ -43,9 +43,7 @@ def judged(copies: Sequence[PlacedItem], scene: Scene, warm: Sequence[PlanningCo
 
 def measure(cells: Sequence[str], seeds: Sequence[int]) -> dict[str, Any]:
     """Counts by cell, and the targets on which cells differ."""
-    warm = {
-        name: [PlanningContext(cell) for cell in load_workcell(name).arms.values()] for name in cells
-    }
+    warm = {name: [PlanningContext(cell) for cell in load_workcell(name).arms.values()] for name in cells}
     base = warm[cells[0]][0].cell
     counts = {name: dict.fromkeys(JUDGED, 0) for name in cells}
     differing: list[dict[str, Any]] = []

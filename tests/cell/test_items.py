@@ -286,8 +286,8 @@ def test_bags_and_plush_seal_weakly_boxes_and_bottles_well() -> None:
 def test_every_seal_has_a_source_and_names_where_the_teams_disagree() -> None:
     assert all(len(item.seal_source) > 3 for item in ITEMS.values())
     disputed = {item.name for item in OF_2016 if "disagree" in item.seal_source}
-    # KTH's list for the gripper, and scissors and pencil cup, which it had no pose for; Delft took them all by
-    # suction, the pencil cup by pinching, too.
+    # KTH's list for the gripper, and scissors and pencil cup, which it had no pose for; Delft took them all
+    # by suction, the pencil cup by pinching, too.
     assert disputed == {
         "cherokee_easy_tee_shirt", "cloud_b_plush_bear", "womens_knit_gloves", "cool_shot_glue_sticks",
         "kyjen_squeakin_eggs_plush_puppies", "creativity_chenille_stems", "fiskars_scissors_red",

@@ -82,7 +82,7 @@ def test_what_no_tool_holds_is_pushed_where_it_is_in_the_way_only(cell: Cell) ->
     order = replace(STOW, tote_contents=(DVD, CARDS, DUMBBELL))
     fake = ScriptedTrial(scene_of(order, cell), no_plan=frozenset({DUMBBELL}), blocked={DVD: DUMBBELL})
     run_trial(order, fake.interfaces(), TrialSettings(time_limit=2000.0))
-    assert fake.toppled[0] == DUMBBELL and set(fake.toppled) == {DUMBBELL} and len(fake.toppled) <= MOST_PUSHES
+    assert set(fake.toppled) == {DUMBBELL} and 1 <= len(fake.toppled) <= MOST_PUSHES
     first = next(plan for plan in fake.executed if plan.query.startswith("topple"))
     assert fake.executed.index(first) <= 1  # after the cards at the latest
     alone = ScriptedTrial(scene_of(order, cell), no_plan=frozenset({DUMBBELL}))
