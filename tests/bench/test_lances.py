@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from bench import deliverable, lances
+from bench import lances
 from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import pose
 from pickcli.planning.planning_context import PlanningContext
@@ -28,7 +28,6 @@ def test_a_target_is_held_planned_when_cleared_or_planned_as_it_lies(monkeypatch
         return target.id != DUMBBELL and {p.id for p in left.items} == {target.id, DUMBBELL}
 
     monkeypatch.setattr(lances, "is_plannable", alone)
-    assert lances.is_holdable is deliverable.is_holdable
     warm = [PlanningContext(CELL)]
     found = {name: lances.judged([scene.find(name)], scene, warm) for name in (CARDS, DUMBBELL)}
     assert found == {CARDS: (True, True, False), DUMBBELL: (False, False, False)}
