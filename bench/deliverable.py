@@ -53,13 +53,13 @@ def why_not_deliverable(copies: Sequence[PlacedItem], scene: Scene, warm: Sequen
     tools = _tools(warm)
     if not any(is_holdable(copy.item, tools) for copy in copies):
         return CANNOT_BE_HELD
-    if not any(_is_plannable(copy, _cleared(scene, copy, tools), warm) for copy in copies):
+    if not any(is_plannable(copy, cleared(scene, copy, tools), warm) for copy in copies):
         return NO_PLAN_WHEN_CLEARED
-    if not any(_is_plannable(copy, _cleared_as_it_can_be(scene, copy, tools), warm) for copy in copies):
+    if not any(is_plannable(copy, _cleared_as_it_can_be(scene, copy, tools), warm) for copy in copies):
         return CANNOT_BE_CLEARED
     if not any(_leads_to(copy, scene, warm) for copy in copies):
         return NO_ORDER
-    if not any(_leads_to(copy, _as_known(scene), warm) for copy in copies):
+    if not any(_leads_to(copy, as_known(scene), warm) for copy in copies):
         return NO_ORDER_AS_KNOWN
     return ""
 
@@ -94,7 +94,7 @@ def _tools(warm: Sequence[PlanningContext]) -> tuple[Tool, ...]:
     return tuple(context.cell.robot.tool for context in warm)
 
 
-def _cleared(scene: Scene, target: PlacedItem, tools: Sequence[Tool]) -> Scene:
+def cleared(scene: Scene, target: PlacedItem, tools: Sequence[Tool]) -> Scene:
     """The scene with nothing left in the target's bin but the target and what no tool can hold."""
     here = scene.in_location(target.location)
     return _without(scene, (p for p in here if p is not target and is_holdable(p.item, tools)))
@@ -121,17 +121,17 @@ def _leads_to(target: PlacedItem, scene: Scene, warm: Sequence[PlanningContext])
 
     What can be taken out beside an item can be taken out without it: the order makes no difference.
     """
-    while not _is_plannable(target, scene, warm):
+    while not is_plannable(target, scene, warm):
         others = (p for p in scene.in_location(target.location) if p is not target)
         able = (p for p in others if is_holdable(p.item, _tools(warm)))
-        first = next((p for p in from_the_mouth(scene, able) if _is_plannable(p, scene, warm)), None)
+        first = next((p for p in from_the_mouth(scene, able) if is_plannable(p, scene, warm)), None)
         if first is None:
             return False
         scene = scene.without(first.id)
     return True
 
 
-def _as_known(scene: Scene) -> Scene:
+def as_known(scene: Scene) -> Scene:
     """The scene with the bounds on errors of poses that a trial states to planning; the poses are true."""
     level = Reality()
     error = Displacement(level.pod_position_error, level.pod_position_error, level.pod_angle_error)
@@ -155,7 +155,8 @@ def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
     return scene
 
 
-def _is_plannable(target: PlacedItem, scene: Scene, warm: Sequence[PlanningContext]) -> bool:
+def is_plannable(target: PlacedItem, scene: Scene, warm: Sequence[PlanningContext]) -> bool:
+    """Whether an arm can bring the target to the tote or, out of the tote, to any of the bins."""
     return any(_has_plan(target, replace(scene, cell=context.cell), context) for context in warm)
 
 

@@ -7,8 +7,9 @@
 Scenes of fresh seeds with the item alone in a place, at rest as a trial would have it, are drawn until as
 many as asked have it in the pose in question: its face FACE up, else the face of its first hollow. Each is
 planned as it is seen in a trial, with pose errors (without, if --exact), and every plan is verified. The
-first plans that take it by a hollow are carried out in simulation, in the true scene. Reported are plans
-before and after, the commonest reason for each that is missing, and contacts that no plan allows.
+first plans that take it by a hollow are carried out in simulation, in the true scene, and of an item that has
+none the first of all. Reported are plans before and after, the commonest reason for each that is missing, and
+contacts that no plan allows.
 
 With --orders the scenes are those of fresh pick orders instead, each target that has a hollow left alone in
 its bin as it lies there, whichever face is up: what it is when its bin is cleared.
@@ -178,7 +179,7 @@ def measure(warm: Sequence[PlanningContext], asked: Asked) -> dict[str, Any]:
         found = planned(warm, seen, asked.into, seed, after)
         if found is not None and outcomes.total() < asked.executed:
             context, plan = found
-            if plan.grasp is not None and item.hollow_at(plan.grasp.face) is not None:
+            if plan.grasp is not None and (not item.hollows or item.hollow_at(plan.grasp.face)):
                 outcomes[carried_out(context, plan, scene, asked.into, seed)] += 1
         print(f"scene {k + 1}: {before.planned} before, {after.planned} after", file=sys.stderr)
     return {

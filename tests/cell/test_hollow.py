@@ -65,7 +65,7 @@ def test_a_rectangular_hollow_begins_at_its_face_and_ends_at_its_bottom(of: tupl
 
 def test_the_bottom_of_a_hollow_is_a_face_at_its_depth() -> None:
     assert BOWL.face_names == ("+z", "-z", "mantle", "+z/bowl")
-    assert BOWL.height("+z/bowl") == pytest.approx(0.0155 - 0.0235)
+    assert BOWL.height("+z/bowl") == pytest.approx(0.0155 - 0.03)
     assert BOWL.height("+z") == pytest.approx(0.0155)
     assert BOWL.hollow_at("+z") is None
     assert BOWL.suction
@@ -73,9 +73,9 @@ def test_the_bottom_of_a_hollow_is_a_face_at_its_depth() -> None:
 
 def test_the_bottom_of_a_rectangular_hollow_ends_at_its_sides() -> None:
     low, high = BRUSH.area("+z/left")
-    np.testing.assert_allclose([low[0], high[0], low[1], high[1]], [-0.155, 0.0, 0.0125, 0.0525])
-    rooms = BRUSH.rooms("+z/left", np.array([-0.05, 0.03, -0.019]))
-    np.testing.assert_allclose(rooms, [[0.105, 0.05], [0.0175, 0.0225]])
+    np.testing.assert_allclose([low[0], high[0], low[1], high[1]], [-0.139, 0.0, 0.0125, 0.0525])
+    rooms = BRUSH.rooms("+z/left", np.array([-0.05, 0.03, 0.0005]))
+    np.testing.assert_allclose(rooms, [[0.089, 0.05], [0.0175, 0.0225]])
 
 
 @pytest.mark.parametrize("item", [BOWL, BRUSH], ids=lambda item: item.name)

@@ -85,7 +85,7 @@ def test_cloth_is_held_by_the_pump_of_more_flow_only() -> None:
         assert not small.item(name, 2016).suction
         assert "air passes" in small.item(name, 2016).why_not
     for cell in (strong, small):
-        assert not cell.item("rolodex_jumbo_pencil_cup", 2016).suction
+        assert not cell.item("fitness_gear_3lb_dumbbell", 2016).suction
 
 
 def test_faces_that_keep_too_little_for_a_small_pump_say_so() -> None:
@@ -154,10 +154,8 @@ def test_slow_and_unholdable_items_are_those_of_the_sources() -> None:
     }
     assert {item.name for item in of_2016 if not item.suction} == {
         "fitness_gear_3lb_dumbbell",
-        "rolodex_jumbo_pencil_cup",
         "cherokee_easy_tee_shirt",
         "womens_knit_gloves",
-        "fiskars_scissors_red",
     }
 
 
@@ -261,7 +259,7 @@ def test_what_holds_no_vacuum_has_no_face_that_seals() -> None:
         "scotch_duct_tape": ("+z", "-z"),
         "platinum_pets_dog_bowl": ("+z", "mantle"),
         "clorox_utility_brush": ("-z", "+y", "-y"),
-        "dr_browns_bottle_brush": ("+z",),
+        "dr_browns_bottle_brush": ("+z", "-z"),
         "woods_extension_cord": ("+x", "-x", "+y", "-y"),
         "dasani_water_bottle": ("+z", "-z"),
     }.items():
@@ -288,10 +286,12 @@ def test_bags_and_plush_seal_weakly_boxes_and_bottles_well() -> None:
 def test_every_seal_has_a_source_and_names_where_the_teams_disagree() -> None:
     assert all(len(item.seal_source) > 3 for item in ITEMS.values())
     disputed = {item.name for item in OF_2016 if "disagree" in item.seal_source}
-    # KTH's list for the gripper, and the scissors, which it had no pose for; Delft took them all by suction.
+    # KTH's list for the gripper, and scissors and pencil cup, which it had no pose for; Delft took them all
+    # by suction, the pencil cup by pinching, too.
     assert disputed == {
         "cherokee_easy_tee_shirt", "cloud_b_plush_bear", "womens_knit_gloves", "cool_shot_glue_sticks",
         "kyjen_squeakin_eggs_plush_puppies", "creativity_chenille_stems", "fiskars_scissors_red",
+        "rolodex_jumbo_pencil_cup",
     }  # fmt: skip
 
 

@@ -11,7 +11,8 @@ from scipy.optimize import brentq
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.tools.lip_leak import AMBIENT, DENSITY, FULL_VACUUM, kept_vacuum, open_area
 
-CUP = load_cell("apc2016_delft").robot.tool.cup
+CELL = load_cell("apc2016_delft")
+CUP = CELL.robot.tool.cup
 RADII = st.floats(0.002, 0.05)
 FLOWS = st.floats(10.0, 3000.0)
 SEALS = st.floats(0.01, 1.0)
@@ -52,6 +53,17 @@ def test_a_toothbrush_under_the_cup_of_the_cell(off: float, kept: float) -> None
     """The figures of docs/formats/items.md: 25 mm wide, under 30 mm at 600 l/min."""
     rooms = np.array([[0.0125, 0.0125], [0.1, 0.1]])
     assert CUP.kept_vacuum(1.0, rooms, off) == pytest.approx(kept, abs=0.01)
+
+
+@pytest.mark.parametrize(("tip", "off", "kept"), [
+    ((0.008, -0.002, 0.0075), 0.0, 0.46), ((0.008, -0.002, 0.0075), 0.0022, 0.34),
+])  # fmt: skip
+def test_the_scissors_under_the_cup_of_the_cell(tip: tuple[float, ...], off: float, kept: float) -> None:
+    """The figures of docs/formats/items.md: an area of 26 mm in the middle of a wider box."""
+    scissors = CELL.item("fiskars_scissors_red", 2016)
+    rooms = scissors.rooms("+z", np.array(tip))
+    assert rooms.min(axis=1) == pytest.approx([0.0175, 0.013])
+    assert CUP.kept_vacuum(scissors.seals["+z"], rooms, off) == pytest.approx(kept, abs=0.01)
 
 
 @given(

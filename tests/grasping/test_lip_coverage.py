@@ -89,6 +89,32 @@ def test_a_small_pump_holds_no_toothbrush() -> None:
     assert faces(BRUSH, tool) == ()
 
 
+def test_an_area_narrower_than_the_cup_is_held_across_as_a_face_is() -> None:
+    """Whether edges are those of the box or of an area in it makes no difference."""
+    shape = Shape(ShapeKind.BOX, (0.2, 0.08, 0.016))
+    area = {"+z": {"y": (-0.0125, 0.0125)}}
+    within = replace(BRUSH, shape=shape, seals={**BRUSH.seals, "-z": 0.0}, areas=area)
+    (of_area,), (of_face, *_) = narrow_faces(within, TOOL), narrow_faces(BRUSH, TOOL)
+    assert of_area.name == of_face.name == "+z"
+    for y in (0.0, 0.002):
+        tip = np.array([0.01, y, 0.008])
+        shares = [bearing_share(item, "+z", tip, TOOL.cup, NOISE) for item in (within, BRUSH)]
+        assert shares[0] == pytest.approx(shares[1])
+
+
+def test_scissors_are_held_at_one_place_where_their_handles_meet() -> None:
+    scissors = CELL.item("fiskars_scissors_red")
+    for R, name in ((FLAT, "+z"), (FLAT @ pose([0.0, 0.0, 0.0], rpy=[np.pi, 0.0, 0.0]), "-z")):
+        target = GraspTarget("scissors", scissors, R, BIN, NOISE)
+        grasps = sample_suctions(target, TOOL, np.random.default_rng(0), USUAL).grasps
+        assert grasps
+        for grasp in grasps:
+            assert grasp.face == name
+            np.testing.assert_allclose(grasp.T_item_tip[:2, 3], [0.008, -0.002], atol=1e-3)
+    small = load_cell("apc2016_kth_picking", "right")
+    assert faces(small.item("fiskars_scissors_red"), small.robot.tool) == ()
+
+
 @given(error=st.floats(0.0, 0.004))
 def test_what_the_cup_bears_falls_with_the_vacuum_and_with_the_width(error: float) -> None:
     tip, noise = np.array([0.0, 0.0, 0.008]), PoseNoise(error)

@@ -200,7 +200,7 @@ def test_what_does_not_lie_on_the_item_is_left_out_and_told() -> None:
 
 
 def test_an_item_that_nothing_holds_needs_a_seal() -> None:
-    cup = ITEMS["rolodex_jumbo_pencil_cup", 2016]
+    cup = ITEMS["rolodex_jumbo_pencil_cup", 2015]
     above = [((0.0, 0.0), (0.0, 0.0), (0.05, 0.05), FREE, (3.14, 3.15), (0.0, 0.0))]
     with pytest.raises(InputError, match="state --seal"):
         import_regions(regions_of(*above), cup, axes=np.eye(3))

@@ -76,9 +76,9 @@ def test_what_fills_the_floor_of_the_destination(
 def test_what_no_cup_holds_leaves_its_bin_for_no_destination(
     context: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
-    scene = scene_with(("rolodex_jumbo_pencil_cup", FROM, 0.2, 0.0))
+    scene = scene_with(("fitness_gear_3lb_dumbbell", FROM, 0.2, 0.0))
     with pytest.raises(NoExtractionError, match="cannot be held by suction"):
-        plan_pick(context, scene, PickQuery(FROM, "rolodex_jumbo_pencil_cup", into=INTO), home)
+        plan_pick(context, scene, PickQuery(FROM, "fitness_gear_3lb_dumbbell", into=INTO), home)
 
 
 def test_what_fills_the_tote(context: PlanningContext, scene_with: SceneWith, home: Start) -> None:

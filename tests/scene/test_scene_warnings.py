@@ -83,9 +83,9 @@ def test_what_is_long_tips_over_an_edge_like_anything_else(cell: Cell, beyond: f
 
 @pytest.mark.parametrize("noise", [EXACT, DEFAULT_NOISE])
 def test_nothing_in_a_settled_scene_is_warned_of(cell: Cell, noise: PoseNoise) -> None:
-    order = make_order(OrderKind.PICK, 2016, 3301)
-    scene = make_scene(order.bin_contents, cell, 3301)
-    seen = scene if noise is EXACT else perceive(scene, noise, 3301, 1, Reality())
+    order = make_order(OrderKind.PICK, 2016, 3302)
+    scene = make_scene(order.bin_contents, cell, 3302)
+    seen = scene if noise is EXACT else perceive(scene, noise, 3302, 1, Reality())
     balance = supports_of(seen).balance
     assert len(seen.items) > 20 and all(balance.is_at_rest(placed.id) for placed in seen.items)
 

@@ -286,6 +286,16 @@ def test_a_lip_over_the_edges_of_a_narrow_face_keeps_what_the_pump_draws(
     assert world.held is None
 
 
+@pytest.mark.parametrize(("aside", "kept"), [(0.0, 0.37), (0.002, 0.30)])
+def test_an_area_that_is_narrower_than_the_lip_holds_as_such_a_face_does(
+    build_world: BuildWorld, aside: float, kept: float
+) -> None:
+    item = replace(cube(size=(0.2, 0.08, 0.016), mass=0.02), areas={"+z": {"y": (-0.0125, 0.0125)}})
+    world = sealed(build_world(item, shift=(aside, 0.0)), wait=2.0)
+    assert world.held == "cube"
+    assert world.suction.vacuum.cup == pytest.approx(kept * FULL_VACUUM, rel=0.05)
+
+
 def test_faces_are_airtight_where_reality_says_so(build_world: BuildWorld) -> None:
     item = replace(cube(), seals=dict.fromkeys(cube().seals, 0.0))
     assert sealed(build_world(item, reality=replace(STATED_MASS, honest_seals=False))).held == "cube"

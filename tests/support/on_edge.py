@@ -1,4 +1,4 @@
-"""A brush that stands on edge in a bin of ``apc2016_delft``, with the face that seals against a wall."""
+"""A box as large as a brush, on edge in a bin of ``apc2016_delft``, the face that seals against a wall."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ APART = 0.0002  # m between an item and the floor, and 8 mm between it and the w
 
 
 def on_edge(x: float = 0.2, from_wall: float = 0.008, yaw: float = 0.0) -> PlacedItem:
-    """The brush on its edge along the left wall, with its middle so many m inwards; only its back seals."""
+    """It on its edge along the left wall, with its middle so many m inwards; only its back seals."""
     place, brush = CELL.places[BIN], CELL.item(BRUSH)
-    item = replace(brush, hollows=(), seals={face: brush.seals[face] for face in brush.shape.face_names})
+    item = replace(brush, hollows=(), seals={face: 0.9 * (face == "-z") for face in brush.shape.face_names})
     length, height, width = item.shape.extents
     z, pitch = place.room.rest(np.array(x), np.array(length / 2))
     R = rotation_rpy(0.0, float(pitch), yaw) @ rotation_rpy(np.pi / 2, 0.0, 0.0)

@@ -280,6 +280,19 @@ def test_a_cup_is_on_a_face_and_on_the_part_of_it_that_seals() -> None:
             assert whats(_seal(grasp, item, TOOL, PoseNoise())) == problem
 
 
+@pytest.mark.parametrize(("half", "error", "problem"), [
+    (0.0125, 0.0, []), (0.0125, 0.002, []), (0.0125, 0.004, ["cup beyond the edge"]),
+    (0.01, 0.0, ["cup beyond the edge"]),
+])  # fmt: skip
+def test_a_lip_stands_over_the_edges_of_a_narrow_area_as_far_as_the_pump_keeps_enough(
+    half: float, error: float, problem: list[str]
+) -> None:
+    """25 mm keep 0.37 under 30 mm, 0.30 at 2 mm, under 0.2 at 4 mm; 20 mm keep 0.1."""
+    item = replace(BOX, areas={"+x": {"z": (-half, half)}})
+    grasp = grasp_on((0.1, 0.0, 0.0), (-1, 0, 0))
+    assert whats(_seal(grasp, item, TOOL, PoseNoise(error, 0.0))) == problem
+
+
 @given(
     width=st.floats(0.02, 0.06),
     x=st.floats(-0.08, 0.08),

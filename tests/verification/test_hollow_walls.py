@@ -68,14 +68,15 @@ def test_other_faces_open_nothing() -> None:
 @pytest.mark.parametrize(
     ("item", "point", "face", "height", "room"),
     [
-        (BOWL, (0.0, 0.01, -0.008), "+z/bowl", 0.0, 0.028),
-        (BOWL, (0.0, 0.0, -0.0065), "+z/bowl", 0.0015, 0.038),
-        (BOWL, (0.0, 0.0, -0.0100), "+z/bowl", -0.002, 0.038),
+        (BOWL, (0.0, 0.01, -0.0145), "+z/bowl", 0.0, 0.02),
+        (BOWL, (0.0, 0.0, -0.0130), "+z/bowl", 0.0015, 0.03),
+        (BOWL, (0.0, 0.0, -0.0149), "+z/bowl", -0.0004, 0.03),
         (BOWL, (0.0, 0.0, 0.0155), "+z", 0.0, 0.0595),
-        (BOWL, (0.0, 0.0, -0.0155), "-z", 0.0, 0.035),
-        (BOWL, (0.0, 0.045, -0.0155), "-z", 0.0, -0.01),
-        (BRUSH, (-0.05, 0.03, -0.019), "+z/left", 0.0, 0.0175),
-        (BRUSH, (-0.05, -0.03, -0.019), "+z/right", 0.0, 0.0175),
+        (BOWL, (0.0, 0.0, -0.0155), "-z", 0.0, 0.03),
+        (BOWL, (0.0, 0.045, -0.0155), "-z", 0.0, -0.015),
+        (BRUSH, (-0.05, 0.03, 0.0005), "+z/left", 0.0, 0.0175),
+        (BRUSH, (-0.05, -0.03, 0.0005), "+z/right", 0.0, 0.0175),
+        (BRUSH, (-0.05, -0.03, -0.0005), "-z/back_right", 0.0, 0.0175),
         (BRUSH, (0.05, 0.03, 0.029), "+z", 0.0, 0.0225),
     ],
 )
@@ -101,5 +102,5 @@ def test_of_hollows_of_two_faces_a_tip_is_on_the_bottom_that_it_is_nearest_to(is
 
 
 def test_edges_of_the_bottom_of_a_rectangular_hollow_are_its_sides() -> None:
-    rooms = _rooms(BRUSH, "+z/left", np.array([-0.05, 0.03, -0.019]))
-    np.testing.assert_allclose(rooms, [[0.105, 0.05], [0.0175, 0.0225]])
+    rooms = _rooms(BRUSH, "+z/left", np.array([-0.05, 0.03, 0.0005]))
+    np.testing.assert_allclose(rooms, [[0.089, 0.05], [0.0175, 0.0225]])

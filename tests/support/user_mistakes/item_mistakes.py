@@ -5,7 +5,7 @@ from __future__ import annotations
 from support.user_mistakes.mistake import Mistake, Replacement
 
 BONES = "box: [0.206, 0.136, 0.033]"
-MESH = 'why_not: "needs pinching: wire mesh does not hold a vacuum"'
+NARROW = 'why_not: "needs pinching: 1.36 kg on a narrow handle between two heads"'
 SHIRT = "mass: 0.0575"
 SHIRT_DEFORMS = 'x 0.006 m spread out)"\n    deforms: 0.008'
 
@@ -119,8 +119,8 @@ ITEM_MISTAKES = (
     ),
     _items(
         "no reason why nothing seals",
-        "items.rolodex_jumbo_pencil_cup: expected … full vacuum, and only there; add or remove it",
-        (f"    {MESH}\n", ""),
+        "items.fitness_gear_3lb_dumbbell: expected … full vacuum, and only there; add or remove it",
+        (f"    {NARROW}\n", ""),
     ),
     _items(
         "a name with capitals",
