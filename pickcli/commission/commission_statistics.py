@@ -84,12 +84,12 @@ class CommissionStatistics:
 
     @property
     def durations(self) -> list[float]:
-        """S of each trial."""
+        """Times (s) of each trial."""
         return [float(record["duration_s"]) for record in self.records.values()]
 
     @property
     def handling(self) -> list[float]:
-        """S of each trial in which the arm looked and moved."""
+        """Times (s) of each trial in which the arm looked and moved."""
         return [float(record["handling_s"]) for record in self.records.values()]
 
     def total(self, key: str) -> int:

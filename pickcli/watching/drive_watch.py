@@ -89,7 +89,7 @@ class DriveWatch:
 
     @property
     def time(self) -> float:
-        """S since the drive began."""
+        """Time (s) since the drive began."""
         return len(self.is_braked) * PERIOD
 
     def brakes(self, true: Array, believed: Array, controller: TrackingController) -> bool:
