@@ -72,8 +72,9 @@ def command(
     year. A file may also name moves from place to place (docs/formats/order.md), be a stream of items on a
     conveyor (docs/formats/stream.md), the order or stack of a pallet (docs/formats/pallet.md), whose cartons
     the arm of pallet_sia20 stacks, or a commission (docs/formats/commission.md), for which the truck of
-    apple_booth takes a pallet, fills and delivers it. Exit code 6 when the arm could not recover from a stop,
-    something collided or a limit was broken; an item that was missed is a result.
+    apple_booth takes a pallet, fills and delivers it. For a pallet --pose-noise is 1,0.2 by default, for a
+    commission 2,0.5 and --strategy apple. Exit code 6 when the arm could not recover from a stop, something
+    collided or a limit was broken; an item that was missed is a result.
 
     \b
     Example:

@@ -17,7 +17,7 @@ from pickcli.cell.pod_tolerance import Displacement, displaced
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.commission.commission import LOAD, PALLET, Commission, LoadItem
 from pickcli.driving.driving_area import DrivingArea, FloorBox
-from pickcli.driving.free_space_proof import clearances
+from pickcli.driving.free_space_proof import clearances, rectangle_distances
 from pickcli.driving.pallet_entry import entered_pose
 from pickcli.driving.steering_path import posed, seen_from
 from pickcli.driving.truck_camera import floor_pose
@@ -80,6 +80,7 @@ class CommissionStation:
         cell = replace(cell, items=cell.items | known)
         placements = _placements(commission) if hand is None else _equal_places(commission)
         station = cls(commission, cell, placements, hand)
+        station._refuse_load_elsewhere()
         station._refuse_without_room()
         return station
 
@@ -235,11 +236,21 @@ class CommissionStation:
         T = T_load @ pose((x, y, z), R=rotation_axis_angle((0.0, 0.0, 1.0), yaw))
         return PlacedItem(each.id, each.item, LOAD, T)
 
+    def _refuse_load_elsewhere(self) -> None:
+        """Raise InputError if the load stands in a wall or a box."""
+        area, load = self.commission.area, self.load_box
+        if area.wall_distance(load.corners).min() < 0.0:
+            raise InputError("the load reaches through the walls; move load")
+        for box in area.boxes:
+            if rectangle_distances(load.corners[None], box.corners)[0] <= 0.0:
+                raise InputError(f"the load stands in {box.name}; move load or the box")
+
     def _refuse_without_room(self) -> None:
         """Raise InputError if the truck cannot stand where the commission leads it."""
         commission, half = self.commission, self.pallet_in_truck
-        delivered = with_thing_at(commission.delivery, half)
+        entered, delivered = (with_thing_at(at, half) for at in (commission.pallet.pose, commission.delivery))
         stands = (
+            (" with its pallet", "where it takes it", "pallet or load", entered, self._standing_loaded),
             (" with its pallet", "at the load", "load", self.at_load, self._standing_loaded),
             (" with its pallet", "where it delivers", "load or delivery", delivered, self._standing_loaded),
             ("", "at its start", "start or load", commission.area.start, self.entering),
@@ -328,7 +339,7 @@ def _faults(cell: Cell, hand: BeltHand | None, each: LoadItem) -> Iterator[str]:
         return
     if not grasp_method(tool).may_hold(each.item):
         size = " x ".join(f"{side:g}" for side in extents)
-        yield f"{each.id}, {size} m, which the {tool.grip.holder} cannot hold"
+        yield f"{each.id}, {size} m and {each.item.mass:g} kg, which the {tool.grip.holder} cannot hold"
 
 
 def _placements(commission: Commission) -> tuple[Placement, ...]:

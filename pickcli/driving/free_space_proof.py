@@ -46,7 +46,7 @@ def clearances(area: DrivingArea, poses: Array) -> Array:
     """
     corners = truck_corners(area, poses)
     found = [area.wall_distance(corners).min(axis=1)]
-    found += [_box_distance(corners, box.corners) for box in area.boxes]
+    found += [rectangle_distances(corners, box.corners) for box in area.boxes]
     return np.stack(found, axis=1)
 
 
@@ -66,8 +66,16 @@ def truck_corners(area: DrivingArea, poses: Array) -> Array:
     return corners
 
 
-def _box_distance(corners: Array, box: Array) -> Array:
-    """(N,) m between (N, 4, 2) rectangles and one (4, 2), from corners; 0 if no axis parts them."""
+def rectangle_distances(corners: Array, box: Array) -> Array:
+    """Return the distances of rectangles from one.
+
+    Args:
+        corners: (N, 4, 2) m, of the rectangles.
+        box: (4, 2) m, corners of the one.
+
+    Returns:
+        (N,) m; 0 if no axis parts them.
+    """
     of_box = np.broadcast_to(box, corners.shape)
     (gap, distance), (other_gap, other_distance) = _seen(corners, of_box), _seen(of_box, corners)
     return np.where(np.maximum(gap, other_gap) > 0, np.minimum(distance, other_distance), 0.0)

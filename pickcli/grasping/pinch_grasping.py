@@ -14,7 +14,7 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
-from pickcli.geometry import Array
+from pickcli.geometry import GRAVITY, Array
 from pickcli.grasping.antipodal import limits_of, pinch_turns, width_of
 from pickcli.grasping.envelope import Envelope
 from pickcli.grasping.finger_envelopes import FingerReach, finger_envelopes
@@ -43,7 +43,7 @@ class PinchGrasping(GraspMethod):
     closes_at_rest: ClassVar[bool] = True
 
     def may_hold(self, item: Item) -> bool:
-        """Whether the fingers open wider than the least extent of an item.
+        """Whether the fingers open wider than the least extent of an item, and bear its weight by friction.
 
         Args:
             item: The item.
@@ -51,7 +51,10 @@ class PinchGrasping(GraspMethod):
         Returns:
             True if they do.
         """
-        return float(min(item.shape.extents)) < max(self.tool.positions.values())
+        limits = self.gripper.limits
+        bears = 2.0 * limits.friction * limits.force  # N, both pads together
+        is_open = float(min(item.shape.extents)) < max(self.tool.positions.values())
+        return is_open and item.heaviest * GRAVITY <= bears
 
     def envelopes(self, item: Item, depth: float) -> tuple[Envelope, ...]:
         """Return the envelopes in which the fingers enclose an item (see ``GraspMethod``).

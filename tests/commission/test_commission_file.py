@@ -85,7 +85,23 @@ def test_the_commission_that_ships_is_read() -> None:
 REFUSALS: dict[str, tuple[Change, str]] = {
     "wide": (
         lambda d: d["products"].update(beer={"box": [0.12, 0.11, 0.1], "mass": 1}),
-        "beer, 0.12 x 0.11 x 0.1 m, which the gripper cannot hold",
+        "beer, 0.12 x 0.11 x 0.1 m and 1 kg, which the gripper cannot hold",
+    ),
+    "heavy": (
+        lambda d: d["products"]["beer"].update(mass=19),
+        "beer, 0.066 x 0.066 x 0.168 m and 19 kg, which the gripper cannot hold",
+    ),
+    "load_in_wall": (
+        lambda d: d["load"].update(position=[3.05, 2.9]),
+        "the load reaches through the walls; move load",
+    ),
+    "load_in_box": (
+        lambda d: d.update(boxes=[{"name": "shelf", "centre": [3.05, 2.62], "size": [0.2, 0.2]}]),
+        "the load stands in shelf; move load or the box",
+    ),
+    "pallet_at_wall": (
+        lambda d: d["pallet"].update(position=[0.85, 0.3]),
+        "the truck with its pallet has no room where it takes it: ",
     ),
     "edge": (
         lambda d: d["items"][0].update(position=[-0.29, 0]),
@@ -128,5 +144,5 @@ def test_what_the_cell_cannot_do_is_refused_before_anything_moves(refusal: str, 
 def test_a_misspelt_format_is_told_and_not_judged_as_an_order(tmp_path: Path) -> None:
     path = written(tmp_path, lambda d: d.update(format="apc comission"))
     answer = apc("run-trial", path, "-o", tmp_path / "out")
-    refused(answer, 3, path, "format: 'apc comission' is no format of a task; did you mean 'apc commission'?")
+    refused(answer, 3, path, "format: unknown 'apc comission'; did you mean 'apc commission'?")
     assert "work_order" not in answer.err and not (tmp_path / "out").exists()
