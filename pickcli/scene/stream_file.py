@@ -51,7 +51,13 @@ def read_stream(path: Path, cell: Cell | None = None, load: Callable[[str], Cell
         model.speed_error,
         PoseNoise(**model.noise.model_dump()),
         tuple(
-            RidingItem(m.id, cell.items[m.name, m.year], m.stamp, pose_of_model(source, ("items", i), m))
+            RidingItem(
+                m.id,
+                cell.items[m.name, m.year],
+                m.stamp,
+                pose_of_model(source, ("items", i), m),
+                None if m.noise is None else PoseNoise(**m.noise.model_dump()),
+            )
             for i, m in enumerate(model.items)
         ),
         model.seed,
@@ -107,6 +113,7 @@ def _item_values(riding: RidingItem) -> dict[str, Any]:
         "year": riding.item.year,
         "stamp": riding.stamp,
         **pose_values(riding.T_belt_item),
+        **({} if riding.noise is None else {"noise": riding.noise.figures}),
     }
 
 
@@ -116,8 +123,8 @@ def _check_names(source: Source, model: StreamModel, cell: Cell) -> None:
     if model.conveyor not in belts:
         hint = suggestion(model.conveyor, list(belts)) if belts else f"cell {cell.name} has none"
         source.add(("conveyor",), f"unknown conveyor {model.conveyor!r}; {hint}")
-    elif model.speed + model.speed_error > (most := belts[model.conveyor].max_speed):
-        text = f"{model.speed:g} m/s with its error is beyond the {most:g} m/s of {model.conveyor}"
+    elif model.speed > (most := belts[model.conveyor].max_speed):
+        text = f"{model.speed:g} m/s is beyond the {most:g} m/s of {model.conveyor}"
         source.add(("speed",), f"{text}; correct it, or speed.max of the conveyor")
     seen = set[str]()
     for i, item in enumerate(model.items):

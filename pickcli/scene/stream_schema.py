@@ -21,6 +21,7 @@ class RidingItemModel(ScenePoseModel):
     name: Text = Field(description="an item's name")
     year: int = Field(description="2015 or 2016")
     stamp: Annotated[float, Field(ge=0, le=MAX_TIME)] = Field(description="s at which the pose holds")
+    noise: NoiseModel | None = Field(default=None, description="bounds of the error of this pose")
 
 
 class StreamModel(FileModel):

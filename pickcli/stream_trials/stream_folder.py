@@ -12,7 +12,6 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import InputError, StaleError
 from pickcli.files.atomic_write import write_bytes
 from pickcli.motion.plan_file import write_plan
-from pickcli.scene.item_stream import ItemStream
 from pickcli.scene.stream_file import write_stream
 from pickcli.stream_trials.stream_trial import PlayedStream, StreamPlan
 from pickcli.trial.motion_record import RecordedMotion, motion_values, read_motion, write_motion
@@ -64,12 +63,7 @@ def _plan_writers(plans: Sequence[StreamPlan]) -> Iterator[tuple[str, Callable[[
     for k, each in enumerate(plans, start=1):
         yield f"plan_{k:03}.json", partial(write_plan, replaced(each.plan, statistics={}))
         if each.seen is not None:
-            yield f"seen_{k:03}.json", partial(write_stream, _as_stated(each.seen))
-
-
-def _as_stated(seen: ItemStream) -> ItemStream:
-    """State a perceived speed as files do: with its error it is no more than the belt reaches."""
-    return replaced(seen, speed_error=min(seen.speed_error, seen.belt.max_speed - seen.speed))
+            yield f"seen_{k:03}.json", partial(write_stream, each.seen)
 
 
 def read_stream_motion(folder: Path, record: Mapping[str, Any]) -> RecordedMotion:

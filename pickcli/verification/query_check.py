@@ -38,10 +38,10 @@ def check_query(plan: Plan, scene: Scene) -> Iterator[Reason]:
     Yields:
         The faults.
     """
-    if is_toppling(plan):
-        yield from _pushes(plan, scene)
-    elif plan.grasp is not None and plan.recovery is None and scene.held is None:
+    if plan.grasp is not None and plan.recovery is None and scene.held is None:
         yield from _picks(plan, scene)
+    elif is_toppling(plan):
+        yield from _pushes(plan, scene)
     elif plan.query.split(" ")[0].casefold() in ITEM_VERBS and plan.grasp is None:
         yield _wrong(plan, "the motion takes and pushes no item")
     else:

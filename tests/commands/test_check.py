@@ -94,7 +94,8 @@ def test_options_that_mean_nothing_are_refused(argv: tuple[str, ...], told: str,
 def test_a_text_of_no_kind_is_told_what_is_wanted(tmp_path: Path) -> None:
     path = tmp_path / "o.json"
     path.write_text("[]")
-    texts = "a cell, a scene, an order, items, perceived items"
+    texts = "a cell, a scene, an order, a file of items, a file of perceived items, a stream of items, "
+    texts += "an order of a pallet, a commission, a driving area"
     wanted = f"{texts}, or a roadmap or trajectory database is expected here"
     refused(apc("check", path), 3, f"{path}: is a text file of another kind, but {wanted}")
 

@@ -141,11 +141,23 @@ ALSO_READ = {  # besides what the table names
     ("show", "path", STACKED), ("inspect", "path", STACKED), ("inspect", "path", PALLET),
     ("run-trial", "order_path", STREAM), ("run-trial", "order_path", PALLET),
     ("run-trial", "order_path", STACKED), ("run-trial", "order_path", COMMISSION),
+    ("run-trials", "order_paths", COMMISSION),
     ("locate-pod", "recorded", RECORDING),
     ("verify", "plan_path", STACKED), ("verify", "plan_path", DRIVE),
 }  # fmt: skip
 UNREAD = ("check", "cell_name")  # but where a file is damaged
-CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS, PERCEIVED)  # by apc check
+CHECKED = (
+    STORE,
+    CELL,
+    SCENE,
+    ORDER,
+    ITEMS,
+    PERCEIVED,
+    STREAM,
+    PALLET,
+    COMMISSION,
+    DRIVING_AREA,
+)  # by apc check
 IN_TOTE = "in_tote.json"  # a scene with the item in the tote, beside the other files
 SHOWN = (STORE, PLAN, SCENE, CELL)  # by apc inspect and apc show, which shows trials too
 

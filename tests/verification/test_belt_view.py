@@ -163,7 +163,7 @@ def test_a_tracked_plan_takes_one_item_from_the_belt() -> None:
         accelerations=t.accelerations[keep],
     )  # fmt: skip
     only = replace(pick.plan, segments=pick.plan.segments[:1], trajectory=first, events=(), grasp=None)
-    assert "takes one item from it" in told(only, pick.scene)
+    assert "takes one item from it" in told(replace(only, query="move from home"), pick.scene)
 
 
 def test_the_file_keeps_the_conveyor() -> None:

@@ -176,11 +176,6 @@ ITEM_MISTAKES = (
         (SHIRT, SHIRT + "\n    mass_error: 5"),
     ),
     _items(
-        "a tilt in degrees",
-        "items.cherokee_easy_tee_shirt.max_tilt: expected rad, … got 20; angles are in rad, not degrees",
-        (SHIRT, SHIRT + "\n    max_tilt: 20"),
-    ),
-    _items(
         "a look in mm inside of its box",
         "items.cherokee_easy_tee_shirt.deforms: … to 0.1, got 8",
         (SHIRT_DEFORMS, SHIRT_DEFORMS.replace("0.008", "8")),
