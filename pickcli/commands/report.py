@@ -147,7 +147,7 @@ def plan_text(plan: Plan, path: Path) -> str:
     trust = (
         "not certified: it is verified before it is executed or exported"
         if certificate is None
-        else f"certified, at least {1e3 * certificate.min_clearance:.1f} mm clear except at planned contacts"
+        else f"certified, at least {certificate.clearance_mm:.1f} mm clear except at planned contacts"
     )
     slow = "" if plan.speed_scale == 1.0 else f", item carried at {plan.speed_scale:.2f} of full speed"
     how = f"{grasp.kind} grasp on face {grasp.face} of {grasp.item}" if grasp else _tool(plan)

@@ -161,19 +161,13 @@ def _pallet_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> Page
     """Build the page of a trial of a pallet. Raises StaleError if its files are not of one trial."""
     from pickcli.page.pallet_trial_page import pallet_trial_page
     from pickcli.pallet_trials.pallet_folder import STACK
-    from pickcli.pallet_trials.pallet_record import read_pallet_record, read_recorded_stack
+    from pickcli.pallet_trials.pallet_record import RECORDS, read_recorded_stack
     from pickcli.pallet_trials.pallet_station import PalletStation
-    from pickcli.trial.motion_record import read_motion, refuse_other_motion
+    from pickcli.trial.motion_record import read_motion_of, refuse_other_motion
     from pickcli.trial.trial_folder import MOTION
-    from pickcli.trial.trial_record import record_digest
 
-    record = read_pallet_record(folder / RECORD)
-    stack, motion = read_recorded_stack(folder / STACK, record), read_motion(folder / MOTION)
-    if motion.record != record_digest(record):
-        raise StaleError(
-            f"{folder / MOTION}: is the motion of another trial, or {folder / RECORD} was changed since; "
-            "play the trial again"
-        )
+    record = RECORDS.read(folder / RECORD)
+    stack, motion = read_recorded_stack(folder / STACK, record), read_motion_of(folder / MOTION, record)
     made = record["made_from"]
     station = PalletStation.of(open_cell(cell_name or made["cell"], arms), stack)
     if station.cell.scene_fingerprint != made["cell_fingerprint"]:
@@ -191,11 +185,11 @@ def _stream_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> Page
     from pickcli.cell.cell_file import load_workcell
     from pickcli.page.stream_trial_page import stream_trial_page, waiting_scene
     from pickcli.stream_trials.stream_folder import STREAM, read_stream_motion
-    from pickcli.stream_trials.stream_record import read_played_stream, read_stream_record
+    from pickcli.stream_trials.stream_record import RECORDS, read_played_stream
     from pickcli.trial.motion_record import refuse_other_motion
     from pickcli.trial.trial_folder import MOTION
 
-    record = read_stream_record(folder / RECORD)
+    record = RECORDS.read(folder / RECORD)
     motion = read_stream_motion(folder, record)
     first = replace(arms, arm=arms.arm or next(iter(motion.arms), None))
     stream = read_played_stream(folder / STREAM, record, lambda name: open_cell(cell_name or name, first))
@@ -209,11 +203,11 @@ def _stream_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> Page
 def _commission_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     """Build the page of a trial of a commission. Raises StaleError if its files are not of one trial."""
     from pickcli.commission.commission_folder import COMMISSION, read_commission_motion
-    from pickcli.commission.commission_record import read_commission_record, read_played_commission
+    from pickcli.commission.commission_record import RECORDS, read_played_commission
     from pickcli.commission.commission_station import CommissionStation
     from pickcli.page.commission_page import commission_page
 
-    record = read_commission_record(folder / RECORD)
+    record = RECORDS.read(folder / RECORD)
     commission = read_played_commission(folder / COMMISSION, record)
     made = record["made_from"]
     station = CommissionStation.of(open_cell(cell_name or made["cell"], arms), commission)
@@ -227,20 +221,20 @@ def _commission_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> 
 
 def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     from pickcli.cell.cell_file import load_workcell
-    from pickcli.commission.commission_record import is_commission_record
+    from pickcli.commission import commission_record
     from pickcli.page.trial_page import trial_page
-    from pickcli.pallet_trials.pallet_record import is_pallet_record
+    from pickcli.pallet_trials import pallet_record
     from pickcli.scene.scene_file import scene_hash
-    from pickcli.stream_trials.stream_record import is_stream_record
+    from pickcli.stream_trials import stream_record
     from pickcli.trial.motion_record import read_motion, refuse_other_motion, refuse_other_record
     from pickcli.trial.trial_folder import MOTION, read_look_pictures
     from pickcli.trial.trial_record import read_record
 
-    if is_commission_record(folder / RECORD):
+    if commission_record.RECORDS.is_of(folder / RECORD):
         return _commission_trial(folder, cell_name, arms)
-    if is_pallet_record(folder / RECORD):
+    if pallet_record.RECORDS.is_of(folder / RECORD):
         return _pallet_trial(folder, cell_name, arms)
-    if is_stream_record(folder / RECORD):
+    if stream_record.RECORDS.is_of(folder / RECORD):
         return _stream_trial(folder, cell_name, arms)
     record = read_record(folder / RECORD)
     if not (folder / MOTION).exists():

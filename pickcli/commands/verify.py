@@ -138,7 +138,7 @@ def _text(verdict: Verdict) -> str:
     assert certificate is not None
     rows = (
         ("accepted", f"{certificate.n_states} states, at most {certificate.max_step * 1e3:.1f} mm apart"),
-        ("clearance", f"at least {certificate.min_clearance * 1e3:.1f} mm outside of planned contacts"),
+        ("clearance", f"at least {certificate.clearance_mm:.1f} mm outside of planned contacts"),
         ("velocity", f"{certificate.max_velocity_ratio:.1%} of the limit"),
         ("acceleration", f"{certificate.max_acceleration_ratio:.1%} of the limit"),
         ("jerk", f"{certificate.max_jerk_ratio:.1%} of the limit"),

@@ -13,11 +13,11 @@ from pickcli.commission.commission_trial import PlayedCommission
 from pickcli.errors import StaleError
 from pickcli.files.atomic_write import write_text
 from pickcli.scene.scene import Scene
-from pickcli.scene.scene_file import read_scene, write_scene
+from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.trial.motion_record import (
     RecordedMotion,
     motion_values,
-    read_motion,
+    read_motion_of,
     refuse_other_motion,
     write_motion,
 )
@@ -90,12 +90,8 @@ def read_commission_motion(
     """
     if not (folder / SCENE).exists():
         return None, None
-    motion = read_motion(folder / MOTION)
-    if motion.record != record_digest(record):
-        raise StaleError(
-            f"{folder / MOTION}: is the motion of another trial, or {folder / RECORD} was changed since; "
-            "play the trial again"
-        )
-    scene = read_scene(folder / SCENE, station.cell)
+    motion, scene = read_motion_of(folder / MOTION, record), read_scene(folder / SCENE, station.cell)
+    if scene_hash(scene) != record["made_from"].get("scene_hash"):
+        raise StaleError(f"{folder / SCENE}: is not the scene of {folder / RECORD}; play the trial again")
     refuse_other_motion(motion, scene, (station.cell,), str(folder / MOTION))
     return scene, motion

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +17,14 @@ from pickcli.commission.people_watch import SHOWN_EVERY, WatchedOutcome
 from pickcli.driving.drive_tracking import PERIOD
 from pickcli.errors import StaleError
 from pickcli.geometry import Array
-from pickcli.trial.trial_record import package_versions, read_record_of, states_format
+from pickcli.scene.scene_file import scene_hash
+from pickcli.trial.record_kind import RecordKind
 
-FORMAT = "apc-commission-trial"
-VERSION = 1
 DRIVE_STEP = 10  # periods between poses of a drive that are kept
 KEYS = frozenset(
     ("success", "steps", "items", "drives", "duration_s", "collisions", "arm_from_s", "pallet_on_forks")
 )
+RECORDS = RecordKind("a commission", "apc-commission-trial", 2, KEYS)
 
 
 def commission_record(
@@ -41,7 +42,6 @@ def commission_record(
     Returns:
         Values by name.
     """
-    cell = station.cell
     return {
         **played.result.record(),
         "arm_from_s": played.arm_from,
@@ -60,17 +60,14 @@ def commission_record(
         "noise": request.noise.figures,
         "reality": request.reality.as_dict(),
         "strategy": {"name": request.strategy.name, "digest": request.strategy.digest},
-        "made_from": {
-            "format": FORMAT,
-            "version": VERSION,
-            "commission": name,
-            "commission_sha256": sha256,
-            "seed": request.seed,
-            "watched": request.watched is not None,
-            "cell": cell.name,
-            "cell_fingerprint": cell.scene_fingerprint,
-            "versions": package_versions(),
-        },
+        "made_from": RECORDS.made_from(
+            station.cell,
+            request.seed,
+            commission=name,
+            commission_sha256=sha256,
+            scene_hash=None if played.before is None else scene_hash(played.before),
+            guards=None if request.watched is None else asdict(request.watched.guards),
+        ),
     }
 
 
@@ -90,37 +87,6 @@ def _people(watched: WatchedOutcome | None) -> dict[str, Any]:
             for each in watched.people
         ]
     }
-
-
-def is_commission_record(path: Path) -> bool:
-    """Tell whether a record is one of a trial of a commission.
-
-    Args:
-        path: The file.
-
-    Returns:
-        True by the format that it states.
-
-    Raises:
-        InputError: The file cannot be read.
-    """
-    return states_format(path, FORMAT)
-
-
-def read_commission_record(path: Path) -> dict[str, Any]:
-    """Read the record of a trial of a commission.
-
-    Args:
-        path: The file.
-
-    Returns:
-        JSON values by name.
-
-    Raises:
-        InputError: The file cannot be read, or is no such record.
-        StaleError: It has another version of the format.
-    """
-    return read_record_of(path, FORMAT, VERSION, KEYS, "a commission")
 
 
 def read_played_commission(path: Path, record: dict[str, Any]) -> Commission:

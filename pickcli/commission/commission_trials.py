@@ -9,12 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pickcli.commission.commission_record import FORMAT as RECORD_FORMAT
-from pickcli.commission.commission_record import read_commission_record
+from pickcli.commission.commission_record import RECORDS
 from pickcli.commission.commission_statistics import CommissionStatistics, Record
 from pickcli.errors import InputError
 from pickcli.monte_carlo.trials_folder import RECORD, require_folder
-from pickcli.trial.trial_record import states_format
 
 FORMAT, VERSION = "apc-commission-trials", 1
 _COUNTED = ("success", "items_placed", "items_ordered", "delivered", "duration_s", "handling_s", "collisions",
@@ -55,7 +53,7 @@ def are_commissions(folder: Path) -> bool:
     """
     require_folder(folder)
     paths = sorted(folder.glob(f"*/{RECORD}"))
-    ours = [path for path in paths if states_format(path, RECORD_FORMAT)]
+    ours = [path for path in paths if RECORDS.is_of(path)]
     if ours and len(ours) < len(paths):
         other = next(path for path in paths if path not in ours)
         raise InputError(
@@ -78,7 +76,7 @@ def read_commission_trials(folder: Path) -> dict[str, dict[str, Any]]:
         InputError: A record cannot be read.
         StaleError: It has another version of the format.
     """
-    return {path.parent.name: read_commission_record(path) for path in sorted(folder.glob(f"*/{RECORD}"))}
+    return {path.parent.name: RECORDS.read(path) for path in sorted(folder.glob(f"*/{RECORD}"))}
 
 
 def _line(name: str, record: Record) -> dict[str, Any]:

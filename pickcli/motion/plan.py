@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,6 +17,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 
 MAX_DURATION = 300.0  # s, of any plan: at a tenth of full speed a pick takes two minutes
+ROUNDING = 1e-9  # tenths of a mm, of floats that are whole tenths
 MAX_NUMBER = 1e6  # in any unit of a plan: far beyond any quantity of an arm
 
 
@@ -138,6 +140,11 @@ class Certificate:
     max_acceleration_ratio: float
     max_jerk_ratio: float
     checks: tuple[str, ...]
+
+    @property
+    def clearance_mm(self) -> float:
+        """The least clearance in mm, rounded down to a tenth: "at least" that much is kept."""
+        return math.floor(1e4 * self.min_clearance + ROUNDING) / 10.0
 
 
 @dataclass(frozen=True)

@@ -92,7 +92,7 @@ def _verdict(certificate: Certificate | None, reasons: tuple[Reason, ...]) -> It
         yield Fact("verifier", f"rejects it: {len(reasons)} reasons", Tone.BAD)
         return
     yield Fact("verifier", "accepts it", Tone.GOOD)
-    yield Fact("clearance", f"at least {1e3 * certificate.min_clearance:.1f} mm outside of planned contacts")
+    yield Fact("clearance", f"at least {certificate.clearance_mm:.1f} mm outside of planned contacts")
     for name in ("velocity", "acceleration", "jerk"):
         yield Fact(name, f"{getattr(certificate, f'max_{name}_ratio'):.1%} of the limit")
     yield Fact("looked at", f"{certificate.n_states} states")

@@ -10,12 +10,11 @@ from pickcli.errors import StaleError
 from pickcli.pallet_trials.pallet_station import PalletStation
 from pickcli.pallet_trials.pallet_trial import PalletTrialRequest, PlayedPallet
 from pickcli.palletizing.pallet_stack_file import StackedPallet, read_pallet_stack, stack_text
-from pickcli.trial.trial_record import package_versions, read_record_of, states_format
+from pickcli.trial.record_kind import RecordKind
 
-FORMAT = "apc-pallet-trial"
-VERSION = 2
 COUNTS = "ordered", "placed", "collisions", "limit_violations", "stops"
 KEYS = frozenset((*COUNTS, "score", "collapsed", "boxes_per_hour", "aside_m", "cartons", "left"))
+RECORDS = RecordKind("a pallet", "apc-pallet-trial", 2, KEYS)
 
 
 def pallet_record(
@@ -33,54 +32,18 @@ def pallet_record(
     Returns:
         Values by name.
     """
-    cell = station.cell
     return {
         **played.result.record(),
         "noise": request.noise.figures,
         "reality": request.reality.as_dict(),
-        "made_from": {
-            "format": FORMAT,
-            "version": VERSION,
-            "pallet": name,
-            "pallet_sha256": sha256,
-            "stack_sha256": _digest(stack_text(request.stack)),
-            "seed": request.seed,
-            "cell": cell.name,
-            "cell_fingerprint": cell.scene_fingerprint,
-            "versions": package_versions(),
-        },
+        "made_from": RECORDS.made_from(
+            station.cell,
+            request.seed,
+            pallet=name,
+            pallet_sha256=sha256,
+            stack_sha256=_digest(stack_text(request.stack)),
+        ),
     }
-
-
-def is_pallet_record(path: Path) -> bool:
-    """Tell whether a record is one of a trial of a pallet.
-
-    Args:
-        path: The file.
-
-    Returns:
-        True by the format that it states.
-
-    Raises:
-        InputError: The file cannot be read.
-    """
-    return states_format(path, FORMAT)
-
-
-def read_pallet_record(path: Path) -> dict[str, Any]:
-    """Read the record of a trial of a pallet.
-
-    Args:
-        path: The file.
-
-    Returns:
-        JSON values by name.
-
-    Raises:
-        InputError: The file cannot be read, or is no such record.
-        StaleError: It has another version of the format.
-    """
-    return read_record_of(path, FORMAT, VERSION, KEYS, "a pallet")
 
 
 def read_recorded_stack(path: Path, record: dict[str, Any]) -> StackedPallet:

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.cell import Cell
-from pickcli.errors import InputError, StaleError
+from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes
 from pickcli.motion.plan_file import write_plan
 from pickcli.scene.stream_file import write_stream
 from pickcli.stream_trials.stream_trial import PlayedStream, StreamPlan
-from pickcli.trial.motion_record import RecordedMotion, motion_values, read_motion, write_motion
+from pickcli.trial.motion_record import RecordedMotion, motion_values, read_motion_of, write_motion
 from pickcli.trial.trial_folder import MOTION, RECORD, write_files
 from pickcli.trial.trial_record import record_digest, write_record
 
@@ -82,10 +82,4 @@ def read_stream_motion(folder: Path, record: Mapping[str, Any]) -> RecordedMotio
     """
     if not record["attempted"] and not (folder / MOTION).exists():
         raise InputError(f"{folder}: no arm moved in this trial, so there is nothing to replay")
-    motion = read_motion(folder / MOTION)
-    if motion.record != record_digest(record):
-        raise StaleError(
-            f"{folder / MOTION}: is the motion of another trial, or {folder / RECORD} was changed since; "
-            "play the trial again"
-        )
-    return motion
+    return read_motion_of(folder / MOTION, record)

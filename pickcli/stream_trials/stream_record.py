@@ -14,14 +14,13 @@ from pickcli.scene.item_stream import ItemStream
 from pickcli.scene.stream_file import read_stream
 from pickcli.stream_trials.stream_result import StreamTrialResult
 from pickcli.stream_trials.stream_trial import StreamTrialRequest
-from pickcli.trial.trial_record import package_versions, read_record_of, states_format
+from pickcli.trial.record_kind import RecordKind
 
-FORMAT = "apc-stream-trial"
-VERSION = 2
 COUNTS = "presented", "attempted", "delivered", "collisions", "limit_violations", "stops"
 KEYS = frozenset(
     (*COUNTS, "speed_m_s", "duration_s", "delivered_per_minute", "slip_m_s", "offset_m", "items")
 )
+RECORDS = RecordKind("a stream", "apc-stream-trial", 2, KEYS)
 
 
 def stream_record(
@@ -38,55 +37,17 @@ def stream_record(
     Returns:
         Values by name.
     """
-    cell, camera = request.stream.cell, request.camera
+    camera = request.camera
     noise = {"noise": request.noise.figures, "speed_error_m_s": request.speed_error}
     return {
         **result.record(),
         **(noise if camera is None else {"camera": asdict(camera)}),
         "reality": request.reality.as_dict(),
         "rule": str(request.rule),
-        "made_from": {
-            "format": FORMAT,
-            "version": VERSION,
-            "stream": stream_name,
-            "stream_sha256": stream_sha256,
-            "seed": request.seed,
-            "cell": cell.name,
-            "cell_fingerprint": cell.scene_fingerprint,
-            "versions": package_versions(),
-        },
+        "made_from": RECORDS.made_from(
+            request.stream.cell, request.seed, stream=stream_name, stream_sha256=stream_sha256
+        ),
     }
-
-
-def is_stream_record(path: Path) -> bool:
-    """Tell whether a record is one of a trial of a stream.
-
-    Args:
-        path: The file.
-
-    Returns:
-        True by the format that it states.
-
-    Raises:
-        InputError: The file cannot be read.
-    """
-    return states_format(path, FORMAT)
-
-
-def read_stream_record(path: Path) -> dict[str, Any]:
-    """Read the record of a trial of a stream.
-
-    Args:
-        path: The file.
-
-    Returns:
-        JSON values by name.
-
-    Raises:
-        InputError: The file cannot be read, or is no such record.
-        StaleError: It has another version of the format.
-    """
-    return read_record_of(path, FORMAT, VERSION, KEYS, "a stream")
 
 
 def read_played_stream(path: Path, record: dict[str, Any], load: Callable[[str], Cell]) -> ItemStream:

@@ -18,8 +18,8 @@ Read in this order:
   and `camera_motion` brings them there.
 - Results: `disturbance` and `damage`, judged in the `final_state` by the rules of `score`, are part of a
   `trial_result`; `trial_folder` stores it with its `trial_record`, the `motion_record` and the official
-  `output_file`; `trial_summary` has the rows of its table. `record_schema` and `motion_schema` validate
-  stored records and motions.
+  `output_file`; `trial_summary` has the rows of its table. A `record_kind` reads records of one
+  kind of trial; `record_schema` and `motion_schema` validate stored records and motions.
 - A `played_trial` is everything that a folder stores. In trials of pallets and commissions,
   `standing_items` is what is known of items that stand, and a `scene_plan` a plan that was executed.
 """

@@ -46,6 +46,7 @@ from pickcli.trial.trial_record import record_digest
 FORMAT, VERSION = "apc motion", 1
 MAX_BYTES = 16 * 2**20
 MAX_TEXT = 4 * MAX_BYTES  # uncompressed
+OTHER_TRIAL = "is the motion of another trial, or the record was changed since; play the trial again"
 SLACK = 0.002  # s, tolerance for rounded times of segments
 
 JOINT_BOUND = 1e-3  # rad or m, error bound of a replayed joint at a sample
@@ -182,6 +183,26 @@ def read_motion(path: Path) -> RecordedMotion:
     return motion
 
 
+def read_motion_of(path: Path, record: Mapping[str, Any]) -> RecordedMotion:
+    """Read the recorded motion of a trial.
+
+    Args:
+        path: The file.
+        record: Record of the trial.
+
+    Returns:
+        The motion.
+
+    Raises:
+        InputError: The file cannot be read, or is not such a file.
+        StaleError: It is of another trial, or the record was changed since.
+    """
+    motion = read_motion(path)
+    if motion.record != record_digest(record):
+        raise StaleError(f"{path}: {OTHER_TRIAL}")
+    return motion
+
+
 def parse_motion(values: Mapping[str, Any]) -> RecordedMotion:
     """Convert JSON values to a recorded motion, as if they had been written and read.
 
@@ -245,9 +266,7 @@ def refuse_other_record(motion: RecordedMotion, record: Mapping[str, Any], where
     if is_same_number and all(s in (None, f) for s, f in zip(stated, found, strict=True)):
         if motion.record in ("", record_digest(record)):
             return
-        raise StaleError(
-            f"{where}: is the motion of another trial, or the record was changed since; play the trial again"
-        )
+        raise StaleError(f"{where}: {OTHER_TRIAL}")
     n_stated = len(stated) + n_looking
     raise StaleError(
         f"{where}: is the motion of another trial: {len(queries)} executions{_first(queries)}, and the "

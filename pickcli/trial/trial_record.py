@@ -9,35 +9,30 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import platform
 import re
-from collections.abc import Iterable, Mapping, Set
-from importlib import metadata
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import pickcli
 from pickcli.cell.pod_tolerance import yaw_of
-from pickcli.errors import InputError, Reason, StaleError
+from pickcli.errors import Reason
 from pickcli.files.atomic_write import write_text
-from pickcli.files.bounded_reading import read_text
-from pickcli.files.file_kind import TRIAL
-from pickcli.files.json_reader import parse_json
 from pickcli.motion.plan import Plan
 from pickcli.perception.textures.sift_views import NO_SIFT
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.strategy.tree_player import Tick
 from pickcli.trial.disturbance import Disturbance
+from pickcli.trial.record_kind import RecordKind, package_versions
 from pickcli.trial.record_schema import refuse_bad_record
 from pickcli.trial.tote_shift import ToteTouches, tote_displacement
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_perception import LookRecord, PerceivedItem
 from pickcli.trial.trial_result import Attempt, RecoveryStep, TargetResult, TrialResult
 
-FORMAT, VERSION = "apc-trial", 2
+RECORDS = RecordKind("a trial", "apc-trial", 2)
 CLAIM = (
     "Planning and verification saw the true poses with an error within pose_noise, but for a share of the "
     "poses, pose_outlier_share, that was off by up to pose_outlier_scale times as much; by camera they saw "
@@ -46,10 +41,8 @@ CLAIM = (
     "beforehand: in this model it keeps the clearance and limits that its certificate states. This is "
     "evidence about the model, not a statement about the safety of a cell."
 )
-MAX_BYTES = 24 * 2**20
 MOST_REASONS = 20  # largest number per attempt
 _FIGURE = re.compile(r"\d+(?:\.\d+)?")
-_PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig")
 
 
 def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[str, Any]:
@@ -186,80 +179,15 @@ def read_record(path: Path) -> dict[str, Any]:
         InputError: The file cannot be read, is no record, or lacks required fields: with every field.
         StaleError: It has another version of the format.
     """
-    record = read_record_of(path, FORMAT, VERSION, frozenset(), "a trial")
+    record = RECORDS.read(path)
     refuse_bad_record(record, str(path))
     return record
 
 
-def read_record_of(path: Path, format_: str, version: int, keys: Set[str], kind: str) -> dict[str, Any]:
-    """Read the record of a trial of some kind.
-
-    Args:
-        path: The file.
-        format_: The format that it must state.
-        version: And its version.
-        keys: Fields that it must have.
-        kind: What was played, as ``a pallet``, for messages.
-
-    Returns:
-        JSON values by name.
-
-    Raises:
-        InputError: The file cannot be read, or is no such record.
-        StaleError: It has another version of the format.
-    """
-    record, made = _parsed(path)
-    if made.get("format") != format_:
-        raise InputError(f"{path}: made_from.format is not {format_!r}: no record of {kind}; play one")
-    if made.get("version") != version:
-        raise StaleError(f"{path}: is of version {made.get('version')}, not {version}; play the trial again")
-    if lacking := keys - record.keys():
-        raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
-    return record
-
-
-def states_format(path: Path, format_: str) -> bool:
-    """Tell whether a record states a format.
-
-    Args:
-        path: The file.
-        format_: The format.
-
-    Returns:
-        True if it does.
-
-    Raises:
-        InputError: The file cannot be read.
-    """
-    return bool(_parsed(path)[1].get("format") == format_)
-
-
-def _parsed(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """A record, and what it says that it was made from; {} of what is none."""
-    record = parse_json(read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path))
-    made = record.get("made_from") if isinstance(record, dict) else None
-    return (record, made) if isinstance(made, dict) else ({}, {})
-
-
-def package_versions() -> dict[str, str]:
-    """Return the versions of what results depend on.
-
-    Returns:
-        Version of this package, Python and others, by name.
-    """
-    versions = {"apc-pick": pickcli.__version__, "python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            versions[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            versions[package] = "not installed"
-    return versions
-
-
 def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
     return {
-        "format": FORMAT,
-        "version": VERSION,
+        "format": RECORDS.format,
+        "version": RECORDS.version,
         "order": order_file,
         "seed": result.seed,
         "cell": result.before.cell.name,

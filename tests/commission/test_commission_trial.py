@@ -277,6 +277,12 @@ def test_the_command_plays_a_commission_and_writes_its_folder(two: Path, tmp_pat
     assert apc("verify", plan, "--scene", seen, "--items", folder / "items.yaml").code == 0
     refused(apc("run-trial", two, "-o", folder), 3, folder, "exists already")
     assert apc("show", folder, "-o", tmp_path / "run.html").code == 0
+    scene = (folder / "scene.json").read_text()
+    moved = json.loads(scene)
+    moved["items"][0]["position"][0] += 0.01
+    (folder / "scene.json").write_text(json.dumps(moved))
+    refused(apc("show", folder, "-o", tmp_path / "other.html"), 4, "scene.json: is not the scene of")
+    (folder / "scene.json").write_text(scene)
     (folder / "commission.yaml").write_text(json.dumps({**json.loads(two.read_text()), "apart": 0.05}))
     refused(apc("show", folder, "-o", tmp_path / "other.html"), 4, "is not the commission that the record")
 

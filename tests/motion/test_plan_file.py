@@ -93,6 +93,18 @@ def test_a_round_trip_is_exact(tmp_path_factory: pytest.TempPathFactory, seed: i
     assert (again.segments, again.events, again.certificate) == (plan.segments, plan.events, plan.certificate)
 
 
+@given(st.floats(0.0, 0.5))
+def test_what_is_said_to_be_kept_is_kept(clearance: float) -> None:
+    certificate = Certificate("", "", "", 1, 0.0, clearance, 0.0, 0.0, 0.0, ())
+    assert certificate.clearance_mm <= 1e3 * clearance + 1e-9
+    assert certificate.clearance_mm > 1e3 * clearance - 0.1 - 1e-9
+
+
+@pytest.mark.parametrize(("clearance", "told"), [(0.003, 3.0), (0.0029607, 2.9), (0.0092, 9.2)])
+def test_a_clearance_is_rounded_down_to_a_tenth(clearance: float, told: float) -> None:
+    assert Certificate("", "", "", 1, 0.0, clearance, 0.0, 0.0, 0.0, ()).clearance_mm == told
+
+
 def test_every_field_of_a_plan_is_in_its_file(plan: Plan) -> None:
     pushing = replace(plan.segments[0], pushing=("book",))
     assert plan.grasp is not None

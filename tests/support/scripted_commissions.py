@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pickcli.commission.commission_record import FORMAT, VERSION
+from pickcli.commission.commission_record import RECORDS
 from pickcli.commission.commission_result import (
     CommissionedItem,
     CommissionedOutcome,
@@ -48,8 +48,10 @@ def scripted_record(name: str, seed: int, chance: float, sha256: str = "a") -> d
     result = CommissionResult(
         tuple(steps), tuple(items), off, FloorDeviation(0.0, 0.0), 0, 0, 0, aborted, t, t - 10.0
     )
-    made = {"format": FORMAT, "version": VERSION, "commission": f"{name}.json", "commission_sha256": sha256,
-            "seed": seed}  # fmt: skip
+    made = {
+        "format": RECORDS.format, "version": RECORDS.version, "commission": f"{name}.json",
+        "commission_sha256": sha256, "seed": seed,
+    }  # fmt: skip
     return {**result.record(), "drives": [], "arm_from_s": 0.0, "pallet_on_forks": None, "made_from": made}
 
 

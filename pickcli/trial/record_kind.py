@@ -1,0 +1,119 @@
+"""Kinds of records of trials: what they say they were made from, and how they are recognised and read."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pickcli
+from pickcli.cell.cell import Cell
+from pickcli.errors import InputError, StaleError
+from pickcli.files.bounded_reading import read_text
+from pickcli.files.file_kind import TRIAL
+from pickcli.files.json_reader import parse_json
+
+MAX_BYTES = 24 * 2**20
+_PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig")
+
+
+@dataclass(frozen=True)
+class RecordKind:
+    """Records of trials of one kind.
+
+    Attributes:
+        played: What was played, as ``a pallet``, for messages.
+        format: The format that they state.
+        version: And its version.
+        keys: Fields that they must have.
+    """
+
+    played: str
+    format: str
+    version: int
+    keys: frozenset[str] = frozenset()
+
+    def made_from(self, cell: Cell, seed: int, **played: Any) -> dict[str, Any]:
+        """Say what a record was made from.
+
+        Args:
+            cell: The cell of the trial.
+            seed: Its seed.
+            **played: JSON values that tell what was played.
+
+        Returns:
+            JSON values by name.
+        """
+        return {
+            "format": self.format,
+            "version": self.version,
+            **played,
+            "seed": seed,
+            "cell": cell.name,
+            "cell_fingerprint": cell.scene_fingerprint,
+            "versions": package_versions(),
+        }
+
+    def is_of(self, path: Path) -> bool:
+        """Tell whether a record is one of this kind, by the format that it states.
+
+        Args:
+            path: The file.
+
+        Returns:
+            True if it is.
+
+        Raises:
+            InputError: The file cannot be read.
+        """
+        return bool(_parsed(path)[1].get("format") == self.format)
+
+    def read(self, path: Path) -> dict[str, Any]:
+        """Read a record.
+
+        Args:
+            path: The file.
+
+        Returns:
+            JSON values by name.
+
+        Raises:
+            InputError: The file cannot be read, or is no such record.
+            StaleError: It has another version of the format.
+        """
+        record, made = _parsed(path)
+        if made.get("format") != self.format:
+            raise InputError(
+                f"{path}: made_from.format is not {self.format!r}: no record of {self.played}; play one"
+            )
+        if made.get("version") != self.version:
+            raise StaleError(
+                f"{path}: is of version {made.get('version')}, not {self.version}; play the trial again"
+            )
+        if lacking := self.keys - record.keys():
+            raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
+        return record
+
+
+def package_versions() -> dict[str, str]:
+    """Return the versions of what results depend on.
+
+    Returns:
+        Version of this package, Python and others, by name.
+    """
+    versions = {"apc-pick": pickcli.__version__, "python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            versions[package] = "not installed"
+    return versions
+
+
+def _parsed(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A record, and what it says that it was made from; {} of what is none."""
+    record = parse_json(read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path))
+    made = record.get("made_from") if isinstance(record, dict) else None
+    return (record, made) if isinstance(made, dict) else ({}, {})
