@@ -19,6 +19,30 @@ def data_path() -> Path:
     return beside if (beside / "cells").is_dir() else package / "data"
 
 
+def task_names() -> list[str]:
+    """List the names of the tasks under data/tasks.
+
+    Returns:
+        Their names, sorted.
+    """
+    return sorted(path.stem for path in data_path().glob("tasks/*.json"))
+
+
+def task_file(name_or_path: Path) -> Path:
+    """Return the file that a name or a path of a task means: of an order, a stream, a commission or a pallet.
+
+    Args:
+        name_or_path: A name under data/tasks without its suffix, or the path of a file, which comes first.
+
+    Returns:
+        The file, which need not exist if there is no task of that name.
+    """
+    if name_or_path.exists() or name_or_path.suffix or len(name_or_path.parts) != 1:
+        return name_or_path
+    packaged = data_path() / "tasks" / f"{name_or_path}.json"
+    return packaged if packaged.is_file() else name_or_path
+
+
 def data_file(kind: str, folder: str, name: str) -> Path:
     """Return the file that a name or a path means.
 

@@ -13,7 +13,6 @@ from pickcli.commands.building import building
 from pickcli.commands.checked_texts import (
     CheckOptions,
     check_text,
-    is_order_name,
     kind_of_text,
     refuse_options_of_cells,
     refuse_picture,
@@ -75,8 +74,10 @@ def command(
       apc check my_robot --strict --picture reach.png
       apc check scene.json
     """
-    if not is_order_name(path):
-        refuse_missing(path, (".h5", ".json", ".yaml"))
+    from pickcli.cell.data_path import task_file, task_names
+
+    path = task_file(path)
+    refuse_missing(path, (".h5", ".json", ".yaml"), task_names())
     arms, kind = ArmRequest(arm, standing, items=items_path), kind_of_text(path)
     if items_path is not None and kind not in (SCENE, ORDER, PERCEIVED):
         raise click.UsageError("--items is for scenes, orders and perceived items; leave it out")

@@ -61,8 +61,6 @@ def kind_of_text(path: Path) -> FileKind | None:
 
     if path.is_dir() or str(path) in cell_names():
         return CELL
-    if is_order_name(path):
-        return ORDER
     with suppress(OSError):  # the reader will report why it cannot be read
         refuse_special_file(path)
         with path.open("rb") as file:
@@ -77,20 +75,6 @@ def kind_of_text(path: Path) -> FileKind | None:
             if kind is None and head.strip() and head.isascii() and b"\0" not in head:
                 raise InputError(f"{path}: is a text file of another kind, but {wanted}")
     return None
-
-
-def is_order_name(path: Path) -> bool:
-    """Tell whether a path is the name of an order under data/tasks.
-
-    Args:
-        path: As written by the user.
-
-    Returns:
-        True if there is no such file, but an order of that name.
-    """
-    from pickcli.trial.order_file import order_names
-
-    return not path.suffix and not path.exists() and str(path) in order_names()
 
 
 def refuse_options_of_cells(strict: bool, picture: Path | None) -> None:

@@ -326,12 +326,13 @@ def refuse_same(*outputs: Path) -> None:
             raise InputError(f"{output}: would be written twice, also as {first}; name two files")
 
 
-def refuse_missing(path: Path, suffixes: Collection[str] = ()) -> None:
+def refuse_missing(path: Path, suffixes: Collection[str] = (), tasks: Collection[str] = ()) -> None:
     """Refuse a path that does not exist and is not the name of a cell either, with a suggestion.
 
     Args:
         path: A file, or the name or folder of a cell.
         suffixes: Suffixes of files that may be suggested.
+        tasks: Names of tasks that may be suggested.
 
     Raises:
         InputError: The path does not exist.
@@ -344,8 +345,9 @@ def refuse_missing(path: Path, suffixes: Collection[str] = ()) -> None:
     beside = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
     known += [str(each) for each in beside if (each / "cell.yaml").is_file()]
     files = [str(each) for each in beside if each.suffix in suffixes]
-    known += difflib.get_close_matches(str(path), files)
-    raise InputError(f"{path}: no such file, and no cell of that name; {suggestion(str(path), known)}")
+    known += difflib.get_close_matches(str(path), [*files, *tasks])
+    of = "cell or task" if tasks else "cell"
+    raise InputError(f"{path}: no such file, and no {of} of that name; {suggestion(str(path), known)}")
 
 
 @contextmanager

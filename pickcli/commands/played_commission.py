@@ -51,26 +51,12 @@ def is_commission(path: Path) -> bool:
     Returns:
         True for the file of a commission, or the name of one under data/tasks.
     """
+    from pickcli.cell.data_path import task_file
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import COMMISSION
 
-    found = commission_file(path)
+    found = task_file(path)
     return found.is_file() and read_kind(found) is COMMISSION
-
-
-def commission_file(path: Path) -> Path:
-    """Find the file of a commission.
-
-    Args:
-        path: Its path, or its name under data/tasks.
-
-    Returns:
-        Path of the file, which need not exist.
-    """
-    from pickcli.cell.data_path import data_path
-
-    packaged = data_path() / "tasks" / f"{path.name}.json"
-    return packaged if path.parent == Path() and not path.exists() and packaged.is_file() else path
 
 
 def play_commission_file(
@@ -98,12 +84,13 @@ def play_commission_file(
         InputError: A file cannot be read or written, or the cell cannot do what it says.
         TrialAbortedError: Something collided, a limit was broken, or the commission was ended early.
     """
+    from pickcli.cell.data_path import task_file
     from pickcli.commission.commission_folder import NAMES, write_commission_folder
     from pickcli.commission.commission_record import commission_record
     from pickcli.commission.commission_trial import play_commission
     from pickcli.trial.trial_folder import refuse_existing_folder
 
-    path, (options, people) = commission_file(path), how
+    path, (options, people) = task_file(path), how
     refuse_options_of_orders(OF_ORDERS, "commissions")
     refuse_existing_folder(folder, overwrite)
     for name in NAMES:

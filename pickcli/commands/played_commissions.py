@@ -13,7 +13,6 @@ from pickcli.commands.played_commission import (
     OF_ORDERS,
     commission_cell,
     commission_conditions,
-    commission_file,
     commission_task,
     is_commission,
 )
@@ -72,6 +71,7 @@ def play_commission_files(
         UsageError: An option was stated that applies to orders only.
         InputError: A file cannot be read or written, two have one name, or the cell cannot do what they say.
     """
+    from pickcli.cell.data_path import task_file
     from pickcli.commission.commission_job import CommissionJob
     from pickcli.commission.commission_station import HAND
     from pickcli.commission.commission_trials import commission_summary
@@ -87,7 +87,7 @@ def play_commission_files(
             raise InputError(
                 f"{path}: a second commission of the name {path.stem}; rename it, or name it once"
             )
-        files[path.stem] = commission_file(path)
+        files[path.stem] = task_file(path)
     folder.refuse(files, seeds, *files.values(), people.path, *options.inputs)
     played = {name: commission_task(path, options) for name, path in files.items()}
     stored = [

@@ -69,19 +69,12 @@ def is_stream(path: Path) -> bool:
     Returns:
         True for a stream.
     """
+    from pickcli.cell.data_path import task_file
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import STREAM
 
-    path = _file_of(path)
+    path = task_file(path)
     return path.is_file() and read_kind(path) is STREAM
-
-
-def _file_of(path: Path) -> Path:
-    """Return the file of a path, or that of a name under data/tasks, which need not exist."""
-    from pickcli.cell.data_path import data_path
-
-    is_name = len(path.parts) == 1 and not path.suffix and not path.exists()
-    return data_path() / "tasks" / f"{path.name}.json" if is_name else path
 
 
 def play_stream_file(
@@ -112,6 +105,7 @@ def play_stream_file(
         TrialAbortedError: Something collided, or a limit was broken.
     """
     from pickcli.cell.cell_file import load_workcell
+    from pickcli.cell.data_path import task_file
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import read_reality
     from pickcli.stream_trials.belt_camera import BeltCamera
@@ -125,7 +119,7 @@ def play_stream_file(
     refuse_options_of_orders(OF_ORDERS, "streams")
     if options.perception == "camera" and is_stated("pose_noise"):
         raise click.UsageError("--pose-noise: a camera has errors of its own; leave it out")
-    path = _file_of(path)
+    path = task_file(path)
     refuse_existing_folder(folder, overwrite)
     for name in NAMES:
         refuse_reading(folder / name, path, *options.inputs)

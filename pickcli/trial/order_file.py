@@ -16,7 +16,7 @@ from annotated_types import Len
 from pydantic import Field
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.data_path import data_path
+from pickcli.cell.data_path import data_path, task_names
 from pickcli.cell.item import item_suggestion
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.bounded_reading import read_kind
@@ -73,8 +73,7 @@ def refuse_unknown_task(name_or_path: Path, cell: Cell | None = None) -> None:
     """
     if name_or_path.exists() or name_or_path.suffix or len(name_or_path.parts) != 1:
         return
-    tasks = (path.stem for path in data_path().glob("tasks/*.json"))
-    names = sorted({*tasks, *order_names(cell)})
+    names = sorted({*task_names(), *order_names(cell)})
     if name_or_path.name not in names and not name_or_path.with_name(f"{name_or_path.name}.json").is_file():
         raise UnknownNameError("order", str(name_or_path), names)
 

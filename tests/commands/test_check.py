@@ -101,5 +101,5 @@ def test_a_text_of_no_kind_is_told_what_is_wanted(tmp_path: Path) -> None:
 
 
 def test_neither_a_file_nor_a_cell_is_told_with_what_is_meant(made: Made) -> None:
-    refused(apc("check", "ur5e_crate"), 3, "no cell of that name; did you mean 'ur5e_crates'?")
+    refused(apc("check", "ur5e_crate"), 3, "no cell or task of that name; did you mean 'ur5e_crates'?")
     refused(apc("check", made.plan), 3, made.plan, "is a plan, but", "apc verify checks plans")
