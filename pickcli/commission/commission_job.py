@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import base64
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from pickcli.cell.fingerprint import digest
@@ -17,6 +14,7 @@ from pickcli.commission.commission_trial import CommissionRequest, play_commissi
 from pickcli.errors import InputError
 from pickcli.jobs.job import Key, sources_digest
 from pickcli.jobs.job_result import JobResult
+from pickcli.monte_carlo.trial_job import packed_folder
 from pickcli.planning.planning_context import PlanningContext
 
 
@@ -106,10 +104,9 @@ class CommissionJob:
         each, request = self.commissions[name], replace(self.conditions, seed=int(seed))
         played = play_commission(request, each.station, each.context)
         record = commission_record(request, each.station, played, each.file_name, each.sha256)
-        with tempfile.TemporaryDirectory() as folder:
-            paths = write_commission_folder(Path(folder), each.text, each.station, played, record)
-            files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
-        return JobResult({"files": files})
+        return packed_folder(
+            lambda folder: write_commission_folder(folder, each.text, each.station, played, record)
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without caches, which belong to this process.

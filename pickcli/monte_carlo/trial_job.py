@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -93,10 +93,9 @@ class TrialJob:
         except InputError as error:
             return JobResult(reason=Reason(NOT_STOWED, name, str(error)))
         played = play_trial(request, scene, self.arms)
-        with tempfile.TemporaryDirectory() as folder:
-            paths = write_folder(Path(folder), played.result, played.record, played.pictures, played.motion)
-            files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
-        return JobResult({"files": files})
+        return packed_folder(
+            lambda folder: write_folder(folder, played.result, played.record, played.pictures, played.motion)
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without caches, which belong to this process.
@@ -104,6 +103,20 @@ class TrialJob:
         return TrialJob, (
             self.orders, self.order_files, arms, self.conditions, self.read, self.sources,
         )  # fmt: skip
+
+
+def packed_folder(write: Callable[[Path], Iterable[Path]]) -> JobResult:
+    """Return the files of a trial's folder as a result.
+
+    Args:
+        write: Writes them into a folder, and returns their paths.
+
+    Returns:
+        The files (base64, by name).
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in write(Path(folder))}
+    return JobResult({"files": files})
 
 
 def files_of(record: JobResult) -> dict[str, bytes]:

@@ -115,8 +115,8 @@ def test_a_move_of_another_cell_is_called_so(cell: Path, move: Path, tmp_path: P
 
 def test_a_typo_comes_with_what_was_meant(cell: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(cell.parent)
-    for verb in ("check", "inspect"):
-        refused(apc(verb, "cel"), 3, "cel: no such file, and no cell of that name; did you mean 'cell'?")
+    for verb, known in (("check", "cell or task"), ("inspect", "cell")):
+        refused(apc(verb, "cel"), 3, f"cel: no such file, and no {known} of that name; did you mean 'cell'?")
     refused(
         apc("plan-move", "--cell", "cel", "--from", "home", "--to", "away", "-o", "m.json"), 3, "mean 'cell'?"
     )

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.collision.motion_segment import Mode, scaled_segments
+from pickcli.collision.motion_segment import scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.search import Search
@@ -131,11 +131,6 @@ def plan_arm_intercept(
     """
     began, stream = time.perf_counter(), belt.stream
     place = next(iter(stream.carrier.places))
-    if (late := why_unmet(context, belt, query)) is not None:
-        raise late
-    standing = context.checker_for(belt.start, Mode(start.tool_state))
-    if not standing.is_valid(start.q):
-        raise NoPlanError(query.label(place), [standing.explain(start.q).at("start")])
     picked, along = PickQuery(place, query.item, query.into), stream.carrier.T_world_carrier[:3, 0]
     belt = replace(belt, deviation=DEVIATION)
     pace = line_pace(context.arm.limits, stream.belt.max_acceleration / stream.speed)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.collision.motion_segment import Mode, scaled_segments
+from pickcli.collision.motion_segment import scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Certify, Plan
@@ -74,13 +74,8 @@ def plan_axis_intercept(
     """
     began = time.perf_counter()
     belt = axis_belt(context, queried, query)
-    if (late := _too_late(context, belt, query, start)) is not None:
-        raise late
     place = next(iter(belt.stream.carrier.places))
     picked = PickQuery(place, query.item, query.into)
-    standing = context.checker_for(belt.start, Mode(start.tool_state))
-    if not standing.is_valid(start.q):
-        raise NoPlanError(query.label(place), [standing.explain(start.q).at("start")])
     failures = Failures()
     soonest = min(belt.last, max(belt.first, USUAL_ARRIVAL))
     # As the table has it; other configurations are for what the arm cannot take so at all.

@@ -7,6 +7,7 @@ linear axis runs along the belt, that axis follows it (``axis_intercept``), else
 
 from __future__ import annotations
 
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import NoPlanError
 from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import Certify, Plan
@@ -51,8 +52,14 @@ def plan_intercept(
     if stream.speed == 0.0:
         picked = PickQuery(next(iter(stream.carrier.places)), query.item, query.into)
         return plan_pick(context, scene, picked, start, seed, certify=certify)
+    belt = QueryBelt.of(stream, scene, query)
+    if (never := _why_unmet(context, belt, query, start)) is not None:
+        raise never
+    standing = context.checker_for(scene, Mode(start.tool_state))
+    if not standing.is_valid(start.q):
+        raise NoPlanError(query.label(stream.conveyor), [standing.explain(start.q).at("start")])
     plan = plan_axis_intercept if _has_axis_along(context, stream) else plan_arm_intercept
-    return plan(context, QueryBelt.of(stream, scene, query), query, start, seed, certify)
+    return plan(context, belt, query, start, seed, certify)
 
 
 def why_never(
@@ -73,7 +80,14 @@ def why_never(
         belt = QueryBelt.of(stream, stream.scene_at(query.now), query)
     except NoPlanError as error:
         return error
-    if _has_axis_along(context, stream):
+    return _why_unmet(context, belt, query, start)
+
+
+def _why_unmet(
+    context: PlanningContext, belt: QueryBelt, query: InterceptQuery, start: Start
+) -> NoPlanError | None:
+    """Say by bounds alone that an item on the belt cannot be met."""
+    if _has_axis_along(context, belt.stream):
         return why_out_of_time(context, belt, query, start)
     return why_unmet(context, belt, query)
 

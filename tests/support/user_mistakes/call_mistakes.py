@@ -120,13 +120,13 @@ CALL_MISTAKES = (
     Mistake(
         "a file that is not there",
         "check missing.json",
-        "missing.json: no such file, and no cell of that name; known: … apc2016_delft",
+        "missing.json: no such file, and no cell or task of that name; known: … apc2016_delft",
         3,
     ),
     Mistake(
         "a cell that is not there",
         "check ur5e_crate",
-        "no such file, and no cell of that name; did you mean 'ur5e_crates'?",
+        "no such file, and no cell or task of that name; did you mean 'ur5e_crates'?",
         3,
     ),
     Mistake(
