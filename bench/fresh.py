@@ -115,7 +115,7 @@ def _run(job: Job) -> str:
     order = job.folder.with_suffix(".json")
     write_output(order, make_order(job.task, job.year, job.seed))
     options = ["--cell", job.cell, "--seed", str(job.seed), "-o", str(job.folder), "--overwrite"]
-    options += ["--approach", str(job.approach)]
+    options += ["--approach", str(job.approach), "--perception", "noise"]
     if job.reality is not None:
         options += ["--reality", str(job.reality)]
     command = [sys.executable, "-m", "pickcli", "run-trial", str(order), *options]

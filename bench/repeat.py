@@ -132,6 +132,7 @@ def is_repeated_later(folder: Path) -> bool:
     with TemporaryDirectory() as again:
         order, seed = folder.with_suffix(".json"), str(kept["made_from"]["seed"])
         command = [sys.executable, "-m", "pickcli", "run-trial", str(order), "--seed", seed]
+        command += ["--perception", "noise"]
         environment = {**os.environ, "PYTHONHASHSEED": str(HASH_SEED)}
         done = subprocess.run([*command, "-o", again, "--overwrite"], env=environment, capture_output=True)
         if done.returncode not in ENDED:

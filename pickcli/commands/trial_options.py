@@ -72,8 +72,10 @@ def perception_option(function: F) -> F:
         The command with the option.
     """
     return click.option(
-        "--perception", type=click.Choice(["truth", "noise", "camera"]), default="noise", show_default=True,
-        help="How the robot sees: exactly, with errors within --pose-noise, or by the cameras of the cell.",
+        "--perception", type=click.Choice(["truth", "noise", "camera"]),
+        help="How the robot sees: exactly, with errors within --pose-noise, or by the cameras of the cell.  "
+             "[default: camera in orders, if they see into all bins and no --pose-noise is given; else "
+             "noise]",
     )(function)  # fmt: skip
 
 
@@ -130,7 +132,7 @@ class TrialOptions:
     """The shared options of a command that plays trials.
 
     Attributes:
-        perception: Source of the perceived scene: "truth", "noise" or "camera".
+        perception: Source of the perceived scene: "truth", "noise" or "camera"; None for that of the cell.
         sift: How cameras look for the prints of items; None for shapes and colours only.
         pose_noise: Bounds of the error of item poses.
         strategy_name: Name or file of the strategy.
@@ -149,7 +151,7 @@ class TrialOptions:
         jobs: Number of parallel processes; None for one per core.
     """
 
-    perception: str
+    perception: str | None
     sift: SiftViews | None
     pose_noise: PoseNoise
     strategy_name: str
@@ -237,11 +239,12 @@ class TrialOptions:
             for order in orders:
                 refuse_touches(cell, order)
 
-    def conditions(self, reality: Reality) -> TrialConditions:
-        """Return the conditions of the trials.
+    def conditions(self, reality: Reality, cell: Cell) -> TrialConditions:
+        """Return the conditions of trials of orders.
 
         Args:
             reality: Levels of reality, as read from the file.
+            cell: The cell as seen by the arm that moves first.
 
         Returns:
             The conditions.
@@ -258,7 +261,7 @@ class TrialOptions:
         from pickcli.trial.trial_perception import PerceptionKind
 
         strategy = load_strategy(self.strategy_name)
-        rule, kind, noise = StowRule(self.stow_rule), PerceptionKind(self.perception), self.pose_noise
+        rule, kind, noise = StowRule(self.stow_rule), self._perception_in(cell), self.pose_noise
         if kind is not PerceptionKind.NOISE and is_stated("pose_noise"):
             is_truth = kind is PerceptionKind.TRUTH
             why = "there are no errors with" if is_truth else "pictures have errors of their own with"
@@ -269,6 +272,19 @@ class TrialOptions:
             noise, reality, self.pod_shift, rule, strategy, kind, self._sift_of(kind), self.tote_shift,
             self.locate_tote,
         )  # fmt: skip
+
+    def _perception_in(self, cell: Cell) -> PerceptionKind:
+        """As stated, or by what the cell has."""
+        from pickcli.trial.trial_perception import PerceptionKind
+
+        if self.perception is not None:
+            return PerceptionKind(self.perception)
+        if is_stated("pose_noise"):
+            return PerceptionKind.NOISE
+
+        from pickcli.perception.viewpoints import sees_all_bins
+
+        return PerceptionKind.CAMERA if sees_all_bins(cell) else PerceptionKind.NOISE
 
     def _sift_of(self, kind: PerceptionKind) -> SiftViews | None:
         """How prints are looked for; what does that is missed before any work."""
@@ -283,7 +299,9 @@ class TrialOptions:
             try:
                 import pickcli.perception.textures.opencv  # noqa: F401
             except InputError as error:
-                raise InputError(f"{error}; or leave prints out with --sift none") from None
+                raise InputError(
+                    f"{error}; or leave prints out with --sift none, or cameras with --perception noise"
+                ) from None
         return self.sift
 
 

@@ -8,6 +8,7 @@ are views from farther aside, from above and from below.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -75,23 +76,33 @@ def viewpoint_of(place: Place, cell: Cell) -> Viewpoint:
         InputError: No depth camera sees enough of it.
     """
     best, most = None, LEAST_SEEN
-    for at in cell.configurations.values():
-        if at.kind != CAMERA_KIND:
-            continue
-        for camera in cell.cameras.values():
-            if camera.model.depth is None:
-                continue
-            T = camera_pose(cell.robot, camera, at.q, at.tool_state)
-            viewpoint = Viewpoint(camera, at, T)
-            seen = _seen_from(viewpoint, place, empty_scene(cell))
-            if seen > most:
-                most, best = seen, viewpoint
+    for viewpoint in _stated_viewpoints(cell):
+        seen = _seen_from(viewpoint, place, empty_scene(cell))
+        if seen > most:
+            most, best = seen, viewpoint
     if best is None:
         raise InputError(
             f"{place.name}: no depth camera of {cell.name} sees half of its room from a configuration of "
             f"kind {CAMERA_KIND}; state one (docs/formats/cell.md), or play with --perception noise"
         )
     return best
+
+
+def sees_all_bins(cell: Cell) -> bool:
+    """Tell whether depth cameras of a cell see enough of all places that are not open above.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        Whether they do; of a cell without such places that they do not.
+    """
+    bins = [place for place in cell.places.values() if not place.access.is_from_above]
+    viewpoints = list(_stated_viewpoints(cell))
+    return bool(bins) and all(
+        any(_seen_from(viewpoint, place, empty_scene(cell)) > LEAST_SEEN for viewpoint in viewpoints)
+        for place in bins
+    )
 
 
 def viewpoints_of(place: Place, cell: Cell) -> tuple[Viewpoint, ...]:
@@ -153,6 +164,15 @@ def further_viewpoints(place: Place, believed: Scene) -> tuple[Viewpoint, ...]:
     turned = (_turned(first, side, (angle, tilt), (place, believed)) for side, angle, tilt in _FURTHER)
     enough = LEAST_SEEN + _RESERVE
     return tuple(each for each in turned if each is not None and _seen_from(each, place, believed) >= enough)
+
+
+def _stated_viewpoints(cell: Cell) -> Iterator[Viewpoint]:
+    """Those of all depth cameras from all configurations of kind ``CAMERA_KIND``."""
+    for at in cell.configurations.values():
+        if at.kind == CAMERA_KIND:
+            for camera in cell.cameras.values():
+                if camera.model.depth is not None:
+                    yield Viewpoint(camera, at, camera_pose(cell.robot, camera, at.q, at.tool_state))
 
 
 def _turned(

@@ -51,7 +51,7 @@ def without(packages: str, *argv: object) -> subprocess.CompletedProcess[str]:
         (
             "opencv-python-headless",
             "perception",
-            ("run-trial", "jsk_pick_sample", "--perception", "camera", "-o", "x"),
+            ("run-trial", "jsk_pick_sample", "-o", "x"),
         ),
         ("ompl", "plan-offline", ("build-roadmap", "--jobs", "2", "-o", "x.h5")),
         ("ompl", "plan-offline", ("build-trajectories", "--planner", "RRTstar", "--jobs", "2", "-o", "x.h5")),

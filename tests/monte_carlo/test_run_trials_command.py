@@ -82,6 +82,7 @@ def test_no_folder_is_left_when_nothing_was_played(order: Path, tmp_path: Path) 
 def test_a_trial_is_kept_when_nobody_reads_what_it_prints(order: Path, tmp_path: Path) -> None:
     out = tmp_path / "alone"
     argv = [sys.executable, "-m", "pickcli.commands.main", "run-trial", str(order), "-o", str(out)]
+    argv += ["--perception", "noise"]
     with subprocess.Popen(argv, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         process.stdout.close()
@@ -91,9 +92,10 @@ def test_a_trial_is_kept_when_nobody_reads_what_it_prints(order: Path, tmp_path:
 
 def test_trials_are_those_of_run_trial_from_one_job_and_from_two(order: Path, tmp_path: Path) -> None:
     one, two, alone = tmp_path / "one", tmp_path / "two", tmp_path / "alone"
-    told = run("run-trials", order, "--seeds", "4:6", "--jobs", 1, "-o", one)
-    run("run-trials", order, "--seeds", "4:6", "--jobs", 2, "-o", two)
-    run("run-trial", order, "--seed", 5, "-o", alone)
+    noise = ("--perception", "noise")
+    told = run("run-trials", order, "--seeds", "4:6", "--jobs", 1, *noise, "-o", one)
+    run("run-trials", order, "--seeds", "4:6", "--jobs", 2, *noise, "-o", two)
+    run("run-trial", order, "--seed", 5, *noise, "-o", alone)
     files = sorted(path.relative_to(one) for path in one.rglob("*") if path.is_file())
     assert files == sorted(path.relative_to(two) for path in two.rglob("*") if path.is_file())
     for name in files:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import displaced
 from pickcli.cell.sensors.mounted_camera import MountedCamera
 from pickcli.collision.checker import SceneChecker
@@ -17,7 +18,13 @@ from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.items.room_sight import LEAST_SEEN, coarse_view, room_sight
 from pickcli.perception.items.unknown_voxels import ASIDE
 from pickcli.perception.rendered_scene import RenderedScene
-from pickcli.perception.viewpoints import ASLANT, further_viewpoints, viewpoint_of, viewpoints_of
+from pickcli.perception.viewpoints import (
+    ASLANT,
+    further_viewpoints,
+    sees_all_bins,
+    viewpoint_of,
+    viewpoints_of,
+)
 from pickcli.scene.scene import empty_scene
 
 
@@ -105,3 +112,14 @@ def test_a_cell_without_cameras_cannot_be_seen_by_them(cell: Cell) -> None:
     blind = replace(cell, cameras={})
     with pytest.raises(InputError, match="--perception noise"):
         viewpoint_of(cell.pod.bins["bin_A"], blind)
+
+
+def test_all_bins_are_seen_or_not(cell: Cell) -> None:
+    assert sees_all_bins(cell)
+    assert not sees_all_bins(replace(cell, cameras={}))
+    but_one = {name: at for name, at in cell.configurations.items() if name != "cam_E"}
+    assert not sees_all_bins(replace(cell, configurations=but_one))
+
+
+def test_a_cell_without_bins_is_not_seen_into() -> None:
+    assert not sees_all_bins(load_cell("ur5e_crates"))
