@@ -117,7 +117,7 @@ def command(
     from pickcli.trial.played_trial import TrialRequest, play_trial, stowed_scene
 
     refuse_too_much(order.contents, cell, order.year, str(order_path))
-    request = TrialRequest(order, order_path.name, options.conditions(reality, cell), seed)
+    request = TrialRequest(order, order_path.name, options.conditions(reality, cell, [order]), seed)
     contexts = options.planning_contexts(cells)
     with stage("placing of the items"), progress("placing the items") as report, of_file(order_path):
         scene = stowed_scene(request, cell, report)

@@ -121,7 +121,7 @@ def command(
     from pickcli.monte_carlo.trials_folder import order_summary
     from pickcli.page.trials_page import trials_page
 
-    conditions = options.conditions(reality, cells[0])
+    conditions = options.conditions(reality, cells[0], orders.values())
     contexts = options.planning_contexts(cells)
     stored = [path for each in cells for path in stored_files(each, options.roadmap, options.trajectories)]
     job = TrialJob(

@@ -74,8 +74,8 @@ def perception_option(function: F) -> F:
     return click.option(
         "--perception", type=click.Choice(["truth", "noise", "camera"]),
         help="How the robot sees: exactly, with errors within --pose-noise, or by the cameras of the cell.  "
-             "[default: camera in orders, if they see into all bins and no --pose-noise is given; else "
-             "noise]",
+             "[default: camera in pick orders, if they see into all bins and no --pose-noise is given; "
+             "else noise]",
     )(function)  # fmt: skip
 
 
@@ -239,12 +239,13 @@ class TrialOptions:
             for order in orders:
                 refuse_touches(cell, order)
 
-    def conditions(self, reality: Reality, cell: Cell) -> TrialConditions:
+    def conditions(self, reality: Reality, cell: Cell, orders: Iterable[Order]) -> TrialConditions:
         """Return the conditions of trials of orders.
 
         Args:
             reality: Levels of reality, as read from the file.
             cell: The cell as seen by the arm that moves first.
+            orders: The orders that are to be played.
 
         Returns:
             The conditions.
@@ -261,7 +262,7 @@ class TrialOptions:
         from pickcli.trial.trial_perception import PerceptionKind
 
         strategy = load_strategy(self.strategy_name)
-        rule, kind, noise = StowRule(self.stow_rule), self._perception_in(cell), self.pose_noise
+        rule, kind, noise = StowRule(self.stow_rule), self._perception_in(cell, orders), self.pose_noise
         if kind is not PerceptionKind.NOISE and is_stated("pose_noise"):
             is_truth = kind is PerceptionKind.TRUTH
             why = "there are no errors with" if is_truth else "pictures have errors of their own with"
@@ -273,13 +274,14 @@ class TrialOptions:
             self.locate_tote,
         )  # fmt: skip
 
-    def _perception_in(self, cell: Cell) -> PerceptionKind:
-        """As stated, or by what the cell has."""
+    def _perception_in(self, cell: Cell, orders: Iterable[Order]) -> PerceptionKind:
+        """As stated, or by the kind of all orders and what the cell has."""
+        from pickcli.trial.order import OrderKind
         from pickcli.trial.trial_perception import PerceptionKind
 
         if self.perception is not None:
             return PerceptionKind(self.perception)
-        if is_stated("pose_noise"):
+        if is_stated("pose_noise") or any(order.kind is not OrderKind.PICK for order in orders):
             return PerceptionKind.NOISE
 
         from pickcli.perception.viewpoints import sees_all_bins

@@ -1,4 +1,4 @@
-"""How the robot sees in trials of orders if nothing is stated: by cameras that see into all bins."""
+"""How the robot sees in trials if nothing is stated: in pick orders by cameras that see into all bins."""
 
 from __future__ import annotations
 
@@ -9,14 +9,21 @@ from click.testing import CliRunner
 from pickcli.cell.cell_file import load_workcell
 from pickcli.commands.trial_options import TrialOptions, trial_options
 from pickcli.simulation.reality import DEFAULT
+from pickcli.trial.make_order import make_order
+from pickcli.trial.order import OrderKind
 
 
-@click.command()
-@trial_options
-def told(options: TrialOptions) -> None:
-    cell = load_workcell(options.cell_name, options.items_path).preferred
-    conditions = options.conditions(DEFAULT, cell)
-    click.echo(f"{conditions.perception}, prints by {conditions.sift}")
+def told(words: tuple[str, ...], *kinds: OrderKind) -> str:
+    orders = [make_order(kind, 2016, seed) for seed, kind in enumerate(kinds)]
+
+    @click.command()
+    @trial_options
+    def tell(options: TrialOptions) -> None:
+        cell = load_workcell(options.cell_name, options.items_path).preferred
+        conditions = options.conditions(DEFAULT, cell, orders)
+        click.echo(f"{conditions.perception}, prints by {conditions.sift}")
+
+    return CliRunner().invoke(tell, words, catch_exceptions=False).output.strip()
 
 
 @pytest.mark.parametrize(
@@ -33,5 +40,9 @@ def told(options: TrialOptions) -> None:
     ],
 )
 def test_cameras_are_looked_by_where_they_see_into_all_bins(words: tuple[str, ...], said: str) -> None:
-    answer = CliRunner().invoke(told, words, catch_exceptions=False)
-    assert answer.output == f"{said}\n"
+    assert told(words, OrderKind.PICK, OrderKind.PICK) == said
+
+
+def test_what_is_stowed_is_seen_with_bounded_errors_unless_it_is_stated() -> None:
+    assert told((), OrderKind.PICK, OrderKind.STOW) == "noise, prints by None"
+    assert told(("--perception", "camera"), OrderKind.STOW) == "camera, prints by all-views"
