@@ -162,6 +162,35 @@ def world_bounds(
     return np.asarray(away - own[:, :, None] - solids.slack[standing])
 
 
+def standing_near(
+    states: States, solids: SolidArrays, moving: Indices, standing: Indices, at: StateIntervals, below: float
+) -> Indices:
+    """Return the static solids that any part may come nearer to than a threshold, in any of the intervals.
+
+    The box along the axes of the world around all centres of a part, and that around a solid, are compared: of
+    thousands of solids, as unknown space has, most are left out without looking at the intervals.
+
+    Args:
+        states: The motion's states.
+        solids: All solids of the motion.
+        moving: (P,) indices of the parts.
+        standing: (F,) indices of the static solids.
+        at: W intervals.
+        below: m, the threshold.
+
+    Returns:
+        Those of ``standing`` whose ``world_bounds`` may be below the threshold.
+    """
+    centers = _centers(states, solids, moving, at)
+    own = (solids.radii(moving) + at.half_way(states, solids.reach[moving])).max(axis=0)
+    middle = solids.T[standing, :3, 3]
+    half = np.einsum("fij,fj->fi", np.abs(solids.T[standing, :3, :3]), solids.half[standing])
+    low, high = centers.min(axis=0)[:, None], centers.max(axis=0)[:, None]
+    apart = np.maximum(0.0, np.maximum(low - (middle + half), (middle - half) - high))
+    bound = np.sqrt(np.square(apart).sum(axis=2)) - own[:, None] - solids.slack[standing]
+    return standing[(bound < below).any(axis=0)]
+
+
 def own_bounds(states: States, solids: SolidArrays, moving: Indices, at: StateIntervals) -> Array:
     """Return lower bounds of the distances between moving parts, in each interval.
 

@@ -22,6 +22,7 @@ from pickcli.verification.broad_phase import (
     Stretches,
     near_stretches,
     own_bounds,
+    standing_near,
     state_intervals,
     tightened,
     world_bounds,
@@ -246,8 +247,9 @@ def _near(
         return isinstance(b, Part) and not exempt.is_own_pair_untested(a, b)
 
     cut = state_intervals(states, at.first, at.last, solids.reach[at.moving].max(axis=0))
-    bounds = world_bounds(states, solids, at.moving, at.standing, cut).reshape(len(cut.middle), -1)
-    a, b = (index.ravel() for index in np.meshgrid(at.moving, at.standing, indexing="ij"))
+    standing = standing_near(states, solids, at.moving, at.standing, cut, DISTANCE_CAP)
+    bounds = world_bounds(states, solids, at.moving, standing, cut).reshape(len(cut.middle), -1)
+    a, b = (index.ravel() for index in np.meshgrid(at.moving, standing, indexing="ij"))
     world = near_stretches(bounds, at.index, a, b, cut, DISTANCE_CAP)
     a, b = (at.moving[index] for index in np.triu_indices(len(at.moving), 1))
     own = near_stretches(own_bounds(states, solids, at.moving, cut), at.index, a, b, cut, DISTANCE_CAP)

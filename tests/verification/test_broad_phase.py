@@ -13,7 +13,14 @@ from hypothesis import strategies as st
 from pickcli.cell.shapes import Shape, ShapeKind, hull
 from pickcli.geometry import Array, pose
 from pickcli.motion.trajectory import Trajectory
-from pickcli.verification.broad_phase import Stretches, own_bounds, state_intervals, tightened, world_bounds
+from pickcli.verification.broad_phase import (
+    Stretches,
+    own_bounds,
+    standing_near,
+    state_intervals,
+    tightened,
+    world_bounds,
+)
 from pickcli.verification.fcl_solids import MAX_FCL_EXCESS, Solid
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import Fixture, Part, parts_of_segments
@@ -108,6 +115,16 @@ def test_the_first_bounds_hold_all_over_their_windows() -> None:
         assert world[w, p, f] <= max(0.0, distance_at(states, a, b, i)) + ROUNDING
         a, b = solids.pair(moving[pairs[q][0]], moving[pairs[q][1]])
         assert own[w, q] <= max(0.0, distance_at(states, a, b, i)) + ROUNDING
+
+
+@pytest.mark.parametrize("below", [0.0, 0.02, 0.05, 0.3, 2.0])
+def test_what_is_left_out_of_the_first_bounds_is_farther_off(below: float) -> None:
+    states, solids, moving, fixed = carried()
+    cut = state_intervals(states, 0, len(states.times) - 1, solids.reach.max(axis=0))
+    kept = standing_near(states, solids, np.array(moving), np.array(fixed), cut, below)
+    world = world_bounds(states, solids, np.array(moving), np.array(fixed), cut).min(axis=(0, 1))
+    assert set(kept) >= {f for f, bound in zip(fixed, world, strict=True) if bound < below - ROUNDING}
+    assert below > 0.05 or len(kept) < len(fixed)
 
 
 def test_tightened_bounds_hold_and_cover_the_same_motion() -> None:
