@@ -75,7 +75,7 @@ def refuse_unknown_task(name_or_path: Path, cell: Cell | None = None) -> None:
         return
     names = sorted({*task_names(), *order_names(cell)})
     if name_or_path.name not in names and not name_or_path.with_name(f"{name_or_path.name}.json").is_file():
-        raise UnknownNameError("order", str(name_or_path), names)
+        raise UnknownNameError("order", str(name_or_path), names, hint=_of_another_cell(name_or_path.name))
 
 
 def order_names(cell: Cell | None = None) -> list[str]:
@@ -116,7 +116,7 @@ def order_file(name_or_path: Path, cell: Cell | None = None) -> Path:
     if len(name_or_path.parts) != 1:
         return name_or_path
     if not is_known:
-        raise UnknownNameError("order", str(name_or_path), names)
+        raise UnknownNameError("order", str(name_or_path), names, hint=_of_another_cell(name_or_path.name))
     own = (path for path in _own_orders(cell) if path.stem == name_or_path.name)
     return next(own, data_path() / "tasks" / f"{name_or_path}.json")
 
@@ -134,6 +134,14 @@ def _refuse_format(source: Source) -> None:
 def _own_orders(cell: Cell | None) -> list[Path]:
     """Orders of moves in the folder of a cell, recognised by their file names."""
     return [] if cell is None else sorted(cell.path.glob("moves_*.json"))
+
+
+def _of_another_cell(name: str) -> str:
+    """A hint at a cell under data/cells whose own order has a name; empty if none has."""
+    cells = [
+        path.parent.name for path in sorted(data_path().glob("cells/*/moves_*.json")) if path.stem == name
+    ]
+    return f"it is one of the cell {cells[0]}; add --cell {cells[0]}" if cells else ""
 
 
 def _is_of_moves(keys: Collection[str], is_likely: bool) -> bool:

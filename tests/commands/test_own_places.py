@@ -133,6 +133,12 @@ def test_orders_of_a_cell_go_by_their_names(cell_of_crates: Path, tmp_path: Path
     refused(apc("run-trial", "nothing_such", *words), 3, "moves_24")
 
 
+@pytest.mark.parametrize("command", ["make-scene", "run-trial", "run-trials"])
+def test_an_order_of_another_cell_says_of_which(command: str, tmp_path: Path) -> None:
+    told = "unknown order 'moves_24'; it is one of the cell ur5e_crates; add --cell ur5e_crates"
+    refused(apc(command, "moves_24", "-o", tmp_path / "out"), 3, told)
+
+
 def test_an_official_order_says_what_would_do_in_a_cell_of_crates(tmp_path: Path) -> None:
     played = apc("run-trial", "jsk_pick_sample", "--cell", "ur5e_crates", "-o", tmp_path / "t")
     told = "cell ur5e_crates has no pod and no tote; name an order of moves, e.g. moves_24, or place items"
