@@ -167,8 +167,8 @@ def standing_near(
 ) -> Indices:
     """Return the static solids that any part may come nearer to than a threshold, in any of the intervals.
 
-    The box along the axes of the world around all centres of a part, and that around a solid, are compared: of
-    thousands of solids, as unknown space has, most are left out without looking at the intervals.
+    The box along the axes of the world around all centres of a part, and that around a solid, are compared:
+    of thousands of solids, as unknown space has, most are left out without looking at the intervals.
 
     Args:
         states: The motion's states.
@@ -188,7 +188,7 @@ def standing_near(
     low, high = centers.min(axis=0)[:, None], centers.max(axis=0)[:, None]
     apart = np.maximum(0.0, np.maximum(low - (middle + half), (middle - half) - high))
     bound = np.sqrt(np.square(apart).sum(axis=2)) - own[:, None] - solids.slack[standing]
-    return standing[(bound < below).any(axis=0)]
+    return np.asarray(standing[(bound < below).any(axis=0)])
 
 
 def own_bounds(states: States, solids: SolidArrays, moving: Indices, at: StateIntervals) -> Array:
