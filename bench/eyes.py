@@ -37,7 +37,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.errors import InputError
 from pickcli.geometry import inverse
-from pickcli.perception.items.item_perception import ListedItem
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.unknown_voxels import unknown_boxes
 from pickcli.perception.pod_pose import EXACT
 from pickcli.scene.scene import Scene

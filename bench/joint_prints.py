@@ -26,7 +26,7 @@ from pickcli.geometry import Array
 from pickcli.perception.items.place_view import view_of_place
 from pickcli.perception.items.pose_bound import joint_bound_of
 from pickcli.perception.items.pose_spread import spread_of
-from pickcli.perception.items.print_search import PrintSearch
+from pickcli.perception.items.print_search import prints_in
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.items.unknown_voxels import ASIDE
 from pickcli.perception.textures.print_agreement import joint_print_poses
@@ -59,15 +59,16 @@ class Solved:
 
 def solved_in(cell: Cell, seed: int) -> Iterator[tuple[int, list[Solved]]]:
     """Of each bin of a fresh scene the number of printed items, and those that were solved for."""
-    sensor, prints = read_sensor(sensor_file("ensenso")), PrintSearch(SiftViews.ALL, PRINTS_OF_TRIALS)
+    sensor = read_sensor(sensor_file("ensenso"))
     scene = fresh_scene(cell, seed)
     for seen in seen_bins(scene, sensor, N_LOOKS, print_set=PRINTS_OF_TRIALS):
         items = [placed.item for placed in seen.items]
+        views = {item: SiftViews.ALL for item in items if item.is_printed}
         looks = []
         for rgbd, known in seen.pictures:
             view = view_of_place(rgbd, seen.place, scene.T_world_place(seen.place), known)
             assert view is not None
-            looks.append((rgbd.T_world_camera, prints.run(rgbd, view, items)))
+            looks.append((rgbd.T_world_camera, prints_in(rgbd, view, items, views, PRINTS_OF_TRIALS)))
         found = []
         for item in dict.fromkeys(items):
             true = [placed.T_world_item for placed in seen.items if placed.item == item]

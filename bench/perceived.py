@@ -15,7 +15,8 @@ them; figures of other seeds are to be reported. CPU time of one thread, without
 ``--lists`` gives each bin a list with one item too few, which must leave something unexplained, and one with
 an item that is not there, which must be refused. With ``--looks 3`` the camera looks from both sides, too,
 and answers are what two of the looks agree on; ``--calibrate`` is then for what each two of them say.
-``--sift`` looks for the prints of items, too, and tells what that brings, on the same pictures: of printed
+``--sift`` looks for the prints of items, too, by each rule that it names (the first, with several looks), and
+tells what that brings, on the same pictures: of printed
 items that are well seen how many are within 2 mm and 10 degrees with no symmetry set aside, so with the right
 face. Models know the set of prints, but as new and in even light; in the pictures labels are damaged, lamp
 and amounts of light are drawn, as are exposure and white balance, and there are blur and noise. With
@@ -43,6 +44,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.place import Place
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.sensors.material import Material
+from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.errors import InputError
 from pickcli.geometry import Array, rotation_angle
@@ -50,7 +52,8 @@ from pickcli.perception.depth_picture import DepthPicture, measure_depth
 from pickcli.perception.items.agreement import agreement_features
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, support_features
 from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
-from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
+from pickcli.perception.items.item_perception import PlaceLook, concluded
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.pose_bound import (
     LEAST_CONFIDENCE_OF_BOUND,
     ROUNDING,
@@ -59,9 +62,9 @@ from pickcli.perception.items.pose_bound import (
     agreed_bound_features,
     bound_features,
 )
-from pickcli.perception.items.print_search import PrintSearch
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
+from pickcli.perception.items.routing import NO_PRINTS, PrintSearch
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.mount_calibration import camera_in_pod
@@ -69,7 +72,7 @@ from pickcli.perception.photograph import photograph
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
 from pickcli.perception.surface_view import FloatPicture
 from pickcli.perception.textures.print_model import print_model
-from pickcli.perception.textures.sift_views import SiftViews
+from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
 from pickcli.random_scenes.leaning_items import leaning_items
 from pickcli.random_scenes.make_scene import make_scene
@@ -125,6 +128,7 @@ class Row:
     turned_deg: float | None = None  # as deg, but no symmetry is set aside
     is_by_print: bool = False  # in both of two looks that agree
     is_clear: bool = False
+    pixels_per_mm: float = 0.0  # at the mouth
 
     @property
     def is_near(self) -> bool:
@@ -191,7 +195,7 @@ class SeenBin:
         """What is in it."""
         return self.scene.in_location(self.place.name)
 
-    def looks(self, listed: Sequence[ListedItem], prints: PrintSearch | None = None) -> list[PlaceLook]:
+    def looks(self, listed: Sequence[ListedItem], prints: PrintSearch = NO_PRINTS) -> list[PlaceLook]:
         """What is found of a list in each picture."""
         T, place = self.scene.T_world_place(self.place), self.place
         return [PlaceLook.of(rgbd, place, T, listed, known, prints) for rgbd, known in self.pictures]
@@ -251,10 +255,10 @@ def located(scene: Scene, sensor: SensorModel, T_world_camera: Array, depth: Flo
 
 def rows_of_scene(
     scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False, is_deformed: bool = False,
-    prints: PrintSearch | None = None,
+    prints: PrintSearch = NO_PRINTS,
 ) -> Iterator[Row]:  # fmt: skip
     """All items of all bins, each seen from so many places; or what each two of these looks say of them."""
-    print_set = None if prints is None else prints.texture_seed
+    print_set = None if prints is NO_PRINTS else prints.texture_seed
     for seen in seen_bins(scene, sensor, n_looks, is_deformed, print_set):
         listed = [ListedItem.of(each.id, each.item, is_deformed) for each in seen.items]
         for one in listed:
@@ -272,26 +276,31 @@ def rows_of_scene(
                 yield replace(row, lean_deg=lean, deforms=answer.item.deformation > 0.0)
 
 
-def rows_by_prints(scene: Scene, sensor: SensorModel, prints: PrintSearch) -> Iterator[tuple[Row, Row]]:
-    """All items of all bins in one look each, without and with a search for their prints."""
-    for seen in seen_bins(scene, sensor, print_set=prints.texture_seed):
+def rows_by_rules(
+    scene: Scene, sensor: SensorModel, rules: Sequence[SiftRule], print_set: int
+) -> Iterator[dict[SiftRule, Row]]:
+    """All items of all bins in one look each, by each rule for which items prints are looked for."""
+    for seen in seen_bins(scene, sensor, print_set=print_set):
         listed = [ListedItem.of(each.id, each.item, False) for each in seen.items]
         for one in listed:
             product_model(one.seen_as)
             if one.item.is_printed:
-                print_model(one.item, prints.texture_seed)
-        found = []
-        for how in (None, prints):
+                print_model(one.item, print_set)
+        found = {}
+        for rule in rules:
             start = thread_time()
-            observed = concluded(seen.looks(listed, how))
-            found.append((observed, 1e3 * (thread_time() - start) / max(len(listed), 1)))
+            (look,) = seen.looks(listed, PrintSearch(rule, print_set))
+            observed = concluded([look])
+            found[rule] = (observed, 1e3 * (thread_time() - start) / max(len(listed), 1))
         for i, placed in enumerate(seen.items):
             share = visible_share(seen.rendered, seen.rgbd, placed.id)
-            without, with_prints = (
-                _row(sensor, (scene.seed, seen.place.name, ms), seen.items, observed.items[i], share)
-                for observed, ms in found
-            )
-            yield without, with_prints
+            yield {
+                rule: replace(
+                    _row(sensor, (scene.seed, seen.place.name, ms), seen.items, observed.items[i], share),
+                    pixels_per_mm=look.pixels_per_mm,
+                )
+                for rule, (observed, ms) in found.items()
+            }
 
 
 def print_summary(rows: Sequence[Row]) -> dict[str, float]:
@@ -315,15 +324,16 @@ def print_summary(rows: Sequence[Row]) -> dict[str, float]:
     }
 
 
-def report_prints(pairs: Sequence[tuple[Row, Row]]) -> dict[str, Any]:
-    """Print what the search for prints brings, by sensor."""
+def report_prints(rows: Sequence[dict[SiftRule, Row]], rules: Sequence[SiftRule]) -> dict[str, Any]:
+    """Print what the search for prints brings, by sensor and rule."""
     found: dict[str, Any] = {}
-    for name in dict.fromkeys(r.sensor for r, _ in pairs):
-        own = [pair for pair in pairs if pair[0].sensor == name]
-        for how, k in (("without prints", 0), ("with prints", 1)):
-            s = print_summary([pair[k] for pair in own])
-            found[f"{name} {how}"] = s
-            print(f"{name} {how}: of {s['well_seen_printed']} printed items well seen", end=" ")
+    for name in dict.fromkeys(each[rules[0]].sensor for each in rows):
+        for rule in rules:
+            own = [each[rule] for each in rows if each[rule].sensor == name]
+            s = print_summary(own)
+            found[f"{name} {rule}"] = s
+            print(f"{name} ({own[0].pixels_per_mm:.2f} px per mm) --sift {rule}: ", end="")
+            print(f"of {s['well_seen_printed']} printed items well seen", end=" ")
             print(f"right face and {RIGHT_MM:g} mm {s['right']:.1%}, good {s['good']:.1%}")
             print(f"  by prints {s['by_print']} answers, wrong {s['by_print_wrong']:.1%}, ", end="")
             print(f"another face {s['by_print_wrong_face']:.1%}")
@@ -528,6 +538,16 @@ def with_confidence(row: Row, confidence: float) -> Array:
     return features
 
 
+def coarser(sensor: SensorModel, times: float) -> SensorModel:
+    """A sensor with pixels so many times as wide, of the same field of view."""
+    if times == 1.0:
+        return sensor
+    c = sensor.camera
+    cx, cy = (c.cx + 0.5) / times - 0.5, (c.cy + 0.5) / times - 0.5
+    camera = PinholeCamera(c.fx / times, c.fy / times, cx, cy, int(c.width / times), int(c.height / times))
+    return replace(sensor, name=f"{sensor.name} coarser {times:g} times", camera=camera)
+
+
 def numbers_in(text: str) -> list[int]:
     """Of "1000-1005" or "1,2,3"."""
     if "-" in text:
@@ -577,11 +597,17 @@ def main() -> None:
     parser.add_argument("--deformed", action="store_true", help="cloth, bags and plush look rumpled")
     parser.add_argument("--calibrate", action="store_true", help="also print weights of the confidence")
     parser.add_argument("--lists", action="store_true", help="lists with an item too few, and one too many")
-    parser.add_argument("--sift", choices=[each.value for each in SiftViews], help="look for prints, too")
+    parser.add_argument(
+        "--sift", nargs="+", type=SiftRule, choices=list(SiftRule), help="look for prints, too, by each rule"
+    )
+    parser.add_argument(
+        "--coarser", nargs="+", type=float, default=[1.0], help="also with pixels so many times as wide"
+    )
     parser.add_argument("--json", type=Path, help="also write figures and all rows there")
     arguments = parser.parse_args()
     cell = load_cell("apc2016_delft")
-    sensors = [read_sensor(sensor_file(name)) for name in arguments.sensors]
+    named = [read_sensor(sensor_file(name)) for name in arguments.sensors]
+    sensors = [coarser(sensor, times) for sensor in named for times in arguments.coarser]
     if arguments.lists:
         scenes = [fresh_scene(cell, seed, arguments.leaning) for seed in numbers_in(arguments.seeds)]
         report_lists([said for scene in scenes for sensor in sensors for said in wrong_lists(scene, sensor)])
@@ -589,7 +615,7 @@ def main() -> None:
     if arguments.sift is not None:
         seeds = numbers_in(arguments.seeds)
         print_set = PRINTS_OF_TRIALS if arguments.looks > 1 else TEXTURES + seeds[0]
-        prints = PrintSearch(SiftViews(arguments.sift), print_set)
+        prints = PrintSearch(arguments.sift[0], print_set)
         scenes = [fresh_scene(cell, seed, arguments.leaning) for seed in seeds]
         if arguments.looks > 1:
             seen = [
@@ -605,13 +631,17 @@ def main() -> None:
                 print("only clear ones:")
                 report([row for row in seen if row.is_clear])
             return
-        pairs = [
-            pair for scene in scenes for sensor in sensors for pair in rows_by_prints(scene, sensor, prints)
+        rules = list(dict.fromkeys((SiftRule.NONE, *arguments.sift)))
+        by_rules = [
+            row
+            for scene in scenes
+            for sensor in sensors
+            for row in rows_by_rules(scene, sensor, rules, print_set)
         ]
-        found = report_prints(pairs)
+        found = report_prints(by_rules, rules)
         if arguments.json is not None:
-            both = [[asdict(row) for row in pair] for pair in pairs]
-            arguments.json.write_text(json.dumps({"summary": found, "rows": both}, indent=1) + "\n")
+            every = [{rule: asdict(row) for rule, row in each.items()} for each in by_rules]
+            arguments.json.write_text(json.dumps({"summary": found, "rows": every}, indent=1) + "\n")
         return
     rows: list[Row] = []
     for seed in numbers_in(arguments.seeds):

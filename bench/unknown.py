@@ -18,7 +18,7 @@ from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse, transform_points
 from pickcli.perception.items.item_observation import PlaceObservation
-from pickcli.perception.items.item_perception import ListedItem
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.seeds import derived_rng
 
 N_POINTS = 400  # on each item

@@ -9,7 +9,7 @@ import click
 
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP
 from pickcli.commands.option_types import PATH
-from pickcli.perception.textures.sift_views import NO_SIFT, SiftViews
+from pickcli.perception.textures.sift_views import SiftRule
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_SIFT = [NO_SIFT, *(each.value for each in SiftViews)]
 _CAMERA_HELP = "A camera under sensors of the cell (apc inspect lists them)."
 
 
@@ -48,20 +47,20 @@ def optional_camera_options(function: F) -> F:
     return camera(_at_option(function, None))
 
 
-def sift_option(default: str, where: str = "") -> Callable[[F], F]:
-    """Make the option --sift VIEWS, which is passed to a command as a ``SiftViews``, or None.
+def sift_option(where: str = "") -> Callable[[F], F]:
+    """Make the option --sift RULE, which is passed to a command as a ``SiftRule``.
 
     Args:
-        default: One of its values.
         where: To what the default applies, for the help.
 
     Returns:
         Decorator that adds it to a command.
     """
     return click.option(
-        "--sift", type=click.Choice(_SIFT), default=default, show_default=f"{default}{where}",
-        callback=lambda ctx, param, value: None if value == NO_SIFT else SiftViews(value),
-        help="Look for what is printed on items, too, which tells sides apart: by the features of all "
+        "--sift", type=click.Choice([each.value for each in SiftRule]), default=SiftRule.AUTO.value,
+        show_default=f"{SiftRule.AUTO}{where}", callback=lambda ctx, param, value: SiftRule(value),
+        help="Look for what is printed on items, too, which tells sides apart: where item and camera allow "
+             "it (apc show-routes tells), for none, or for all that are printed, by the features of all "
              "views of a model as one set, or of each view by itself.",
     )  # fmt: skip
 

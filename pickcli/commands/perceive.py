@@ -31,15 +31,14 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.perceived_lines import perceived_lines
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
-from pickcli.perception.textures.sift_views import NO_SIFT
 
 if TYPE_CHECKING:
     from pickcli.cell.place import Place
     from pickcli.perception.items.item_observation import PlaceObservation
-    from pickcli.perception.items.item_perception import ListedItem
-    from pickcli.perception.items.print_search import PrintSearch
+    from pickcli.perception.items.listed_item import ListedItem
     from pickcli.perception.items.room_sight import RoomSight
-    from pickcli.perception.textures.sift_views import SiftViews
+    from pickcli.perception.items.routing import PrintSearch
+    from pickcli.perception.textures.sift_views import SiftRule
     from pickcli.scene.scene import Scene
 
 _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
@@ -65,7 +64,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True,
               metavar="N", help="Which set of prints the items have; models know set 0, but with --sift this "
                                 "one.")  # fmt: skip
-@sift_option(NO_SIFT)
+@sift_option()
 @deformed_option("and bounds of their poses allow for it")
 @arm_option("the preferred one of those that have the configuration")
 @standing_option
@@ -74,7 +73,7 @@ _Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 def command(
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, order_path: Path | None,
     name: str | None, at: str | None, recorded: tuple[Path, ...], is_aslant: bool, bin_names: tuple[str, ...],
-    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int, sift: SiftViews | None,
+    pod_path: Path | None, output: Path, picture_path: Path | None, texture_seed: int, sift: SiftRule,
     is_deformed: bool, arm: str | None, standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Find the listed items of bins in pictures of a camera.
@@ -98,6 +97,7 @@ def command(
     from pickcli.errors import InputError
     from pickcli.files.png_file import write_png
     from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
+    from pickcli.perception.items.routing import PrintSearch
     from pickcli.perception.perceived_picture import perceived_picture
 
     refuse_half(name, at, recorded)
@@ -112,7 +112,7 @@ def command(
         refuse_same(output, picture_path)
     if not recorded and scene_path is None:
         raise click.UsageError("nothing to look at: name a scene with --scene, or pictures with --recorded")
-    prints = None if sift is None else _prints(sift, texture_seed)
+    prints = PrintSearch(sift, texture_seed)
     configurations = () if recorded else (at or "home",)
     arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
     scene = scene_or_empty(scene_path, cell_name, arms)
@@ -161,16 +161,9 @@ def command(
         click.echo(f"picture: {picture_path}")
 
 
-def _prints(views: SiftViews, texture_seed: int) -> PrintSearch:
-    """How prints are looked for."""
-    from pickcli.perception.items.print_search import PrintSearch
-
-    return PrintSearch(views, texture_seed)
-
-
 def _contents(scene: Scene, order_path: Path | None, may_deform: bool) -> _Contents:
     """What is listed to be in each place: by an order, or else as the scene has it; perhaps it deforms."""
-    from pickcli.perception.items.item_perception import ListedItem
+    from pickcli.perception.items.listed_item import ListedItem
     from pickcli.random_scenes.make_scene import instances_of
     from pickcli.trial.order_file import read_order
 
@@ -244,7 +237,7 @@ def _perceived(
     contents: _Contents,
     place: Place,
     taken: Sequence[CameraPicture],
-    prints: PrintSearch | None,
+    prints: PrintSearch,
 ) -> PlaceObservation:
     """The answers for a place, by all pictures that show enough of it; by the best one if none does."""
     from pickcli.perception.items.item_perception import PlaceLook, concluded

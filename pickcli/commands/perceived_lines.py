@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import degrees
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.geometry import Array
     from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+    from pickcli.perception.items.routing import Route
     from pickcli.perception.pod_pose import PodEstimate
 
 _HEAD = ("item", "by", "confidence", "within", "and", "surface", "position in m, or why not")
@@ -42,12 +44,29 @@ def perceived_lines(observed: PlaceObservation) -> list[str]:
         for item in observed.items
     ]
     lines += [f"  {line}" for line in (table_lines(_HEAD, rows) if rows else ())]
+    lines += [f"  {line}" for line in route_lines((item.id, item.route) for item in observed.items)]
     if observed.unexplained:
         part = observed.unexplained[0]
         size = " x ".join(f"{1e3 * v:.0f}" for v in part.high - part.low)
         whose = "not listed" if observed.has_unlisted else "refused above or not listed"
         lines.append(f"  something of {size} mm is there that is {whose}")
     return lines
+
+
+def route_lines(routes: Iterable[tuple[str, Route | None]]) -> list[str]:
+    """Tell by what items are looked for.
+
+    Args:
+        routes: By id of the item; those that are not known any more are left out.
+
+    Returns:
+        A line for each different route, with its items.
+    """
+    items: dict[str, list[str]] = {}
+    for item_id, route in routes:
+        if route is not None:
+            items.setdefault(route.text, []).append(item_id)
+    return [f"{text}: {', '.join(ids)}" for text, ids in items.items()]
 
 
 def pod_lines(pod: PodEstimate, cell: Cell) -> list[str]:

@@ -23,7 +23,6 @@ from pickcli.commands.trials_output import (
     stored_files,
 )
 from pickcli.errors import InputError
-from pickcli.perception.textures.sift_views import NO_SIFT
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -163,7 +162,7 @@ def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
         "cell": cell.name,
         "cell_fingerprint": cell.scene_fingerprint,
         "perception": str(job.conditions.perception),
-        "sift": str(job.conditions.sift or NO_SIFT),
+        "sift": str(job.conditions.sift),
         "pose_noise": {"position_mm": 1e3 * noise.position, "angle_deg": math.degrees(noise.angle)},
         "pod_shift": _shift(job.conditions.pod_shift, job.conditions.reality.pod_shift),
         "tote_shift": _shift(job.conditions.tote_shift, job.conditions.reality.tote_shift),

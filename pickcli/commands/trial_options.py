@@ -27,7 +27,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.pod_shift import pod_shift_option, tote_shift_option
 from pickcli.errors import InputError
-from pickcli.perception.textures.sift_views import SiftViews
+from pickcli.perception.textures.sift_views import SiftRule
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -133,7 +133,7 @@ class TrialOptions:
 
     Attributes:
         perception: Source of the perceived scene: "truth", "noise" or "camera"; None for that of the cell.
-        sift: How cameras look for the prints of items; None for shapes and colours only.
+        sift: For which items cameras look for prints, and how.
         pose_noise: Bounds of the error of item poses.
         strategy_name: Name or file of the strategy.
         stow_rule: Name of the rule by which bins are chosen.
@@ -152,7 +152,7 @@ class TrialOptions:
     """
 
     perception: str | None
-    sift: SiftViews | None
+    sift: SiftRule
     pose_noise: PoseNoise
     strategy_name: str
     stow_rule: str
@@ -288,16 +288,16 @@ class TrialOptions:
 
         return PerceptionKind.CAMERA if sees_all_bins(cell) else PerceptionKind.NOISE
 
-    def _sift_of(self, kind: PerceptionKind) -> SiftViews | None:
+    def _sift_of(self, kind: PerceptionKind) -> SiftRule:
         """How prints are looked for; what does that is missed before any work."""
         from pickcli.trial.trial_perception import PerceptionKind
 
         if kind is not PerceptionKind.CAMERA:
             source = click.get_current_context().get_parameter_source("sift")
-            if self.sift is not None and source is ParameterSource.COMMANDLINE:
+            if self.sift is not SiftRule.NONE and source is ParameterSource.COMMANDLINE:
                 raise click.UsageError("--sift: prints are looked for by cameras; add --perception camera")
-            return None
-        if self.sift is not None:
+            return SiftRule.NONE
+        if self.sift is not SiftRule.NONE:
             try:
                 import pickcli.perception.textures.opencv  # noqa: F401
             except InputError as error:
@@ -373,7 +373,7 @@ def trial_options(function: F) -> F:
         tote_shift_option("none, unless --reality says otherwise"),
         pod_shift_option("random, unless --reality says otherwise"),
         approach_option, drop_from_option("rim"), stow_rule_option, strategy_option, pose_noise_option,
-        sift_option(SiftViews.ALL.value, " by camera"), perception_option,
+        sift_option(" by camera"), perception_option,
     ):  # fmt: skip
         function = option(function)
     return function

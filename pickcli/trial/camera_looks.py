@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +22,10 @@ from pickcli.geometry import Array, pose, transform_points
 from pickcli.perception.believed_scene import believed_items, never_seen, unknown_in
 from pickcli.perception.items.agreement import matched
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
-from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
+from pickcli.perception.items.item_perception import PlaceLook, concluded
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.perceived_file import Perceived
+from pickcli.perception.items.routing import NO_PRINTS, PrintSearch
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.mount_calibration import MountCalibration
 from pickcli.perception.next_view import hiding_items, next_views
@@ -34,9 +35,6 @@ from pickcli.perception.viewpoints import Viewpoint, further_viewpoints, viewpoi
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene, empty_scene
 from pickcli.trial.simulated_cameras import PlacePicture, SimulatedCameras
 from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedItem, ReachedViews, Touched
-
-if TYPE_CHECKING:  # it needs OpenCV
-    from pickcli.perception.items.print_search import PrintSearch
 
 N_NEXT = 3  # pictures of a place in which something is refused
 _DRAWN = 640  # px, about the width of a drawing of answers
@@ -77,7 +75,7 @@ class CameraLooks:
         around: Perception of all that no camera looks into: places open above, and the pod until it is seen.
         hand_eye: Whether cameras are off their stated poses, within the bounds of the cell.
         deformed: Whether cloth and bags look other than their boxes.
-        prints: How prints are looked for; None for shapes and colours only.
+        prints: Whether and how prints are looked for.
 
     Raises:
         InputError: No camera sees enough of a place.
@@ -85,7 +83,7 @@ class CameraLooks:
 
     def __init__(
         self, true: Scene, around: BoundedErrors, hand_eye: bool, deformed: bool = False,
-        prints: PrintSearch | None = None,
+        prints: PrintSearch = NO_PRINTS,
     ) -> None:  # fmt: skip
         cell = true.cell
         self._cell, self._around, self._prints, self._deformed = cell, around, prints, deformed

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.station import POD
-from pickcli.perception.textures.sift_views import SiftViews
+from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.progress import ProgressObserver, nobody
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import TOTE, CarrierPose, PoseNoise, Scene
@@ -49,7 +49,7 @@ class TrialConditions:
         stow_rule: Rule by which bins are chosen in a stow.
         strategy: Decides what is tried next.
         perception: Source of the perceived scene.
-        sift: How cameras look for the prints of items; None for shapes and colours only.
+        sift: For which items cameras look for prints, and how.
         tote_shift: Displacement of the tote, "random" or "none"; None to follow ``reality``.
         touches_tote: Whether the robot begins by touching the tote to locate it.
     """
@@ -60,7 +60,7 @@ class TrialConditions:
     stow_rule: StowRule = StowRule.POINTS
     strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
     perception: PerceptionKind = PerceptionKind.NOISE
-    sift: SiftViews | None = None
+    sift: SiftRule = SiftRule.NONE
     tote_shift: Displacement | str | None = None
     touches_tote: bool = False
 

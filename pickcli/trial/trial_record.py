@@ -20,7 +20,6 @@ from pickcli.cell.pod_tolerance import yaw_of
 from pickcli.errors import Reason
 from pickcli.files.atomic_write import write_text
 from pickcli.motion.plan import Plan
-from pickcli.perception.textures.sift_views import NO_SIFT
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.strategy.tree_player import Tick
@@ -76,7 +75,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
             "angle_deg": _rounded(np.degrees(result.noise.angle)),
         },
         "perception": str(result.perception),
-        "sift": str(result.sift or NO_SIFT),
+        "sift": str(result.sift),
         "pod_shift": _pod_shift(result.before),
         **_tote(result),
         "reality": result.reality.as_dict(),

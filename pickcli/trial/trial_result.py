@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pickcli.errors import Reason
 from pickcli.motion.plan import Grasp, Plan
-from pickcli.perception.textures.sift_views import SiftViews
+from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
 from pickcli.strategy.tree_player import Tick
@@ -223,7 +223,7 @@ class TrialResult:
         ticks: All ticks of the strategy's conditions and actions.
         strategy_stuck: Why the strategy was ended before its tree failed, "" if it was not.
         perception: Source of the perceived scene.
-        sift: How cameras looked for the prints of items; None for shapes and colours only.
+        sift: For which items cameras looked for prints, and how.
         looks: All looks by cameras.
         tote: What touching the tote at the start told; None if it was not touched.
     """
@@ -249,7 +249,7 @@ class TrialResult:
     ticks: tuple[Tick, ...] = ()
     strategy_stuck: str = ""
     perception: PerceptionKind = PerceptionKind.NOISE
-    sift: SiftViews | None = None
+    sift: SiftRule = SiftRule.NONE
     looks: tuple[LookRecord, ...] = ()
     tote: ToteTouches | None = None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from pickcli.perception.textures.sift_views import SiftViews
+from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
@@ -26,7 +26,7 @@ class TrialSettings:
         stow_rule: Rule by which bins are chosen for stowed items.
         strategy: Decides what is tried next.
         perception: Source of the perceived scene.
-        sift: How cameras look for the prints of items; None for shapes and colours only.
+        sift: For which items cameras look for prints, and how.
         touches_tote: Whether the robot begins by touching the tote to locate it.
     """
 
@@ -37,7 +37,7 @@ class TrialSettings:
     stow_rule: StowRule = StowRule.POINTS
     strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
     perception: PerceptionKind = PerceptionKind.NOISE
-    sift: SiftViews | None = None
+    sift: SiftRule = SiftRule.NONE
     touches_tote: bool = False
 
     def perceiving(self, true: Scene) -> Perception:
@@ -59,12 +59,9 @@ class TrialSettings:
         if self.perception is PerceptionKind.NOISE:
             return bounded
         # They render, which other trials need not load.
+        from pickcli.perception.items.routing import PrintSearch
         from pickcli.trial.camera_looks import CameraLooks
         from pickcli.trial.simulated_cameras import PRINTS_OF_TRIALS
 
-        prints = None
-        if self.sift is not None:
-            from pickcli.perception.items.print_search import PrintSearch  # it needs OpenCV
-
-            prints = PrintSearch(self.sift, PRINTS_OF_TRIALS)
+        prints = PrintSearch(self.sift, PRINTS_OF_TRIALS)
         return CameraLooks(true, bounded, self.reality.hand_eye, self.reality.deformed_looks, prints)

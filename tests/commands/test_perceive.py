@@ -20,6 +20,8 @@ from pickcli.perception.items.item_observation import (
     UnexplainedPart,
 )
 from pickcli.perception.items.perceived_file import read_perceived
+from pickcli.perception.items.routing import Route
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.perception.viewpoints import viewpoints_of
 from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_file import read_scene
@@ -58,7 +60,7 @@ def test_answers_are_drawn_over_the_picture(made: Made, tmp_path: Path) -> None:
     assert not (tmp_path / "b.json").exists()
 
 
-@pytest.mark.parametrize("views", ["all-views", "each-view"])
+@pytest.mark.parametrize("views", ["auto", "all-views", "each-view"])
 def test_prints_tell_which_side_is_in_front(made: Made, cell: Cell, tmp_path: Path, views: str) -> None:
     path = tmp_path / "perceived.json"
     argv = (
@@ -85,15 +87,41 @@ def test_prints_tell_which_side_is_in_front(made: Made, cell: Cell, tmp_path: Pa
         R, R_true = item.T_world_item[:3, :3], scene.find(item.id).T_world_item[:3, :3]
         assert rotation_angle(R.T @ R_true) < np.radians(10.0), item.id
         assert re.search(rf"{item.id} +print", answer.out)
-    assert apc(*argv, "--overwrite").code == 0
+    assert "by print (" in answer.out and " and shape: " in answer.out
+    answer = apc(*argv, "--overwrite", "--sift", "none")
+    assert answer.code == 0 and "by shape: prints are left out: " in answer.out
     (place,) = read_perceived(path, cell).places
     assert {item.found_by for item in place.items} == {FoundBy.SHAPE}
+    assert {item.route for item in place.items} == {Route(None, "prints are left out")}
+
+
+def test_the_route_of_each_item_is_in_the_file_and_older_files_have_none(
+    made: Made, cell: Cell, tmp_path: Path
+) -> None:
+    path = tmp_path / "perceived.json"
+    argv = ("perceive", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "-o", path)
+    assert apc(*argv).code == 0
+    content = json.loads(path.read_text())
+    (first, _) = content["places"][0]["items"]
+    assert first["route"] == {"views": "all-views", "why": "", "twins": []}
+    (place,) = read_perceived(path, cell).places
+    assert all(item.route == Route(SiftViews.ALL) for item in place.items)
+    del first["route"]
+    path.write_text(json.dumps(content))
+    (place,) = read_perceived(path, cell).places
+    assert place.items[0].route is None
+    first["route"] = {"views": "some-views", "why": "", "twins": []}
+    path.write_text(json.dumps(content))
+    refused(apc("check", path), 3, "places[0].items[0].route.views", "all-views")
 
 
 def test_a_way_to_compare_views_that_does_not_exist_is_told(made: Made, tmp_path: Path) -> None:
     argv = ("perceive", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "-o", tmp_path / "a.json")
     answer = apc(*argv, "--sift", "some-views")
-    assert answer.code == 2 and "'some-views' is not one of 'none', 'all-views', 'each-view'" in answer.err
+    assert (
+        answer.code == 2
+        and "'some-views' is not one of 'auto', 'none', 'all-views', 'each-view'" in answer.err
+    )
 
 
 def test_what_was_perceived_is_inspected_and_checked(made: Made, tmp_path: Path) -> None:
@@ -232,7 +260,8 @@ def test_recordings_from_several_places_are_looks_that_may_agree(
     )  # fmt: skip
     assert written.code == 0, written.err
     both = ("--recorded", first, "--recorded", second)
-    assert apc("perceive", "--scene", made.scene, *both, "--bin", "bin_C", "-o", path).code == 0
+    by_shape = ("--bin", "bin_C", "--sift", "none")  # prints of both looks would be solved for together
+    assert apc("perceive", "--scene", made.scene, *both, *by_shape, "-o", path).code == 0
     perceived = read_perceived(path, cell)
     (T_other,) = perceived.also_from
     np.testing.assert_allclose(T_other, json.loads(second.read_text())["T_world_camera"], atol=1e-9)
@@ -240,7 +269,7 @@ def test_recordings_from_several_places_are_looks_that_may_agree(
     places = [perceived.places[0]]
     for each in (first, second):
         alone = tmp_path / "q.json"
-        argv = ("perceive", "--scene", made.scene, "--recorded", each, "--bin", "bin_C", "--overwrite")
+        argv = ("perceive", "--scene", made.scene, "--recorded", each, *by_shape, "--overwrite")
         assert apc(*argv, "-o", alone).code == 0
         places.append(read_perceived(alone, cell).places[0])
     for item, *singles in zip(*(place.items for place in places), strict=True):

@@ -11,7 +11,8 @@ from pickcli.geometry import Array
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import measure_depth
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
-from pickcli.perception.items.item_perception import ListedItem, PlaceLook, perceive_items
+from pickcli.perception.items.item_perception import PlaceLook, perceive_items
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture

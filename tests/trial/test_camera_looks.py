@@ -13,11 +13,11 @@ from pickcli.errors import InputError
 from pickcli.geometry import inverse, pose, rotation_angle
 from pickcli.perception.depth_picture import DepthPicture
 from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
-from pickcli.perception.items.print_search import PrintSearch
+from pickcli.perception.items.routing import PrintSearch
 from pickcli.perception.items.symmetry import turn_between
 from pickcli.perception.mount_calibration import camera_in_pod
 from pickcli.perception.pod_fit import CameraFit
-from pickcli.perception.textures.sift_views import SiftViews
+from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.perception.viewpoints import further_viewpoints, viewpoints_of
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -83,7 +83,7 @@ def test_what_deforms_is_seen_so_and_believed_within_wider_bounds(cell: Cell) ->
 
 def test_what_is_printed_tells_the_faces(cell: Cell) -> None:
     scene = make_scene({"bin_E": ["crayola_24_ct", "dove_beauty_bar"]}, cell, seed=2)
-    prints = PrintSearch(SiftViews.ALL, PRINTS_OF_TRIALS)
+    prints = PrintSearch(SiftRule.ALL, PRINTS_OF_TRIALS)
     perception = CameraLooks(scene, BoundedErrors(NOISE, 1, IDEAL), True, prints=prints)
     believed = look(perception, scene, 1)
     by_print = [

@@ -10,6 +10,7 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.geometry import Array
+from pickcli.perception.items.routing import Route
 from pickcli.scene.scene import PoseNoise
 
 
@@ -100,6 +101,7 @@ class ItemObservation:
         support: How much of the picture speaks for it; None without a pose.
         agreement: How another look agrees with it; None by a single look, or without a pose.
         found_by: By what it was found.
+        route: By what it was looked for; None if that is not known any more.
     """
 
     id: str
@@ -111,6 +113,7 @@ class ItemObservation:
     support: Support | None
     agreement: Agreement | None = None
     found_by: FoundBy = FoundBy.SHAPE
+    route: Route | None = None
 
     @property
     def is_answer(self) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -29,59 +29,21 @@ from pickcli.perception.items.agreement import (
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, confidence_of, truncated
 from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
 from pickcli.perception.items.item_search import ItemSearch, PoseEstimate
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.place_pictures import solids_around
-from pickcli.perception.items.place_view import view_of_place
+from pickcli.perception.items.place_view import PlaceView, view_of_place
 from pickcli.perception.items.pose_bound import agreed_bound_of, bound_of, joint_bound_of
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import coarse_view, room_sight
+from pickcli.perception.items.routing import NO_PRINTS, PrintSearch, Route, pixels_per_mm, routes_of
 from pickcli.perception.items.symmetry import faced_as
 from pickcli.perception.items.unknown_voxels import ASIDE, unknown_boxes, unrecognised_boxes
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.textures.joint_pose import JointPose, PrintSighting
 from pickcli.perception.textures.print_agreement import joint_print_poses
 
-if TYPE_CHECKING:  # it needs OpenCV
-    from pickcli.perception.items.print_search import PrintSearch
-
 _OF_ONE = 0.03  # m from an answer, up to which a pose by prints is of the same thing
-MEAN_DEPTH = 0.3  # of the deformation, in which the surface of a deformed look is in the mean
-
-
-@dataclass(frozen=True)
-class ListedItem:
-    """An item that is known to be in a place.
-
-    Attributes:
-        id: Id of the instance.
-        item: The item.
-        deformation: m by which its surface may be inside of its shape; 0 if it is known to look like that.
-    """
-
-    id: str
-    item: Item
-    deformation: float = 0.0
-
-    @classmethod
-    def of(cls, item_id: str, item: Item, may_deform: bool) -> ListedItem:
-        """List an item.
-
-        Args:
-            item_id: Id of the instance.
-            item: The item.
-            may_deform: Whether cloth, bags and plush may look other than their boxes, as their files say.
-
-        Returns:
-            The listed item.
-        """
-        return cls(item_id, item, item.deformation if may_deform else 0.0)
-
-    @property
-    def seen_as(self) -> Item:
-        """The item with the shape that its surface has in the mean."""
-        if not self.deformation:
-            return self.item
-        return replace(self.item, shape=self.item.shape.inflated(-MEAN_DEPTH * self.deformation))
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +59,8 @@ class PlaceLook:
         found: Poses by index of the listed item; without those of which none explains the picture better.
         seen: Share of its room that is in sight, were no items in it.
         prints: Where prints were recognised, by item.
+        routes: By what each listed item was looked for.
+        pixels_per_mm: Of the picture, at the mouth of the place.
     """
 
     rgbd: RgbdPicture
@@ -107,6 +71,8 @@ class PlaceLook:
     found: dict[int, PoseEstimate]
     seen: float
     prints: Mapping[Item, tuple[PrintSighting, ...]]
+    routes: tuple[Route, ...]
+    pixels_per_mm: float
 
     @classmethod
     def of(
@@ -116,7 +82,7 @@ class PlaceLook:
         T_world_place: Array,
         listed: Sequence[ListedItem],
         known: RenderedScene,
-        prints: PrintSearch | None = None,
+        prints: PrintSearch = NO_PRINTS,
     ) -> PlaceLook:
         """Search for the listed items of a place in a picture.
 
@@ -128,13 +94,14 @@ class PlaceLook:
             T_world_place: (4, 4) its pose.
             listed: What is known to be in it.
             known: All that is known to be around, without items.
-            prints: How prints are looked for; None for shapes and colours only.
+            prints: Whether and how prints are looked for.
 
         Returns:
             The look.
 
         Raises:
-            InputError: The picture shows too little of the place, or an item has no model.
+            InputError: The picture shows too little of the place, an item has no model, or a print is to be
+                looked for and OpenCV is not installed.
         """
         models = [product_model(each.seen_as) for each in listed]
         coarse = coarse_view(rgbd.sensor.camera, rgbd.T_world_camera, known)
@@ -146,7 +113,9 @@ class PlaceLook:
             raise InputError(f"{place.name}: {sight.fault}; look from before it")
         solids = solids_around(known, place, T_world_place, rgbd.T_world_camera)
         items = [each.item for each in listed]
-        recognised = {} if prints is None else prints.run(rgbd, view, items)
+        fineness = pixels_per_mm(rgbd.sensor.camera, rgbd.T_world_camera, place, T_world_place)
+        routes = routes_of(listed, fineness, prints.rule)
+        recognised = _recognised(rgbd, view, items, routes, prints.texture_seed)
         by_print = {
             i: np.array([each.T_camera_item for each in recognised[item]])
             for i, item in enumerate(items)
@@ -154,7 +123,9 @@ class PlaceLook:
         }
         search = ItemSearch(place, view, models, solids, rgbd.depth_model, by_print)
         found = search.run() if listed else {}
-        return cls(rgbd, place, T_world_place, tuple(listed), search, found, sight.seen, recognised)
+        return cls(
+            rgbd, place, T_world_place, tuple(listed), search, found, sight.seen, recognised, routes, fineness
+        )
 
     @cached_property
     def poses(self) -> dict[int, Array]:
@@ -199,9 +170,21 @@ class PlaceLook:
 _Pair: TypeAlias = tuple[PlaceLook, PlaceLook]
 
 
+def _recognised(
+    rgbd: RgbdPicture, view: PlaceView, items: Sequence[Item], routes: Sequence[Route], texture_seed: int
+) -> Mapping[Item, tuple[PrintSighting, ...]]:
+    """Where prints are recognised, by item, of those whose routes say so."""
+    views = {item: route.views for item, route in zip(items, routes, strict=True) if route.views is not None}
+    if not views:
+        return {}
+    from pickcli.perception.items.print_search import prints_in  # it needs OpenCV
+
+    return prints_in(rgbd, view, items, views, texture_seed)
+
+
 def perceive_items(
     rgbd: RgbdPicture, place: Place, T_world_place: Array, listed: Sequence[ListedItem],
-    known: RenderedScene, prints: PrintSearch | None = None,
+    known: RenderedScene, prints: PrintSearch = NO_PRINTS,
 ) -> PlaceObservation:  # fmt: skip
     """Find the listed items of a place in one look.
 
@@ -211,13 +194,14 @@ def perceive_items(
         T_world_place: (4, 4) its pose.
         listed: What is known to be in it.
         known: All that is known to be around, without items.
-        prints: How prints are looked for; None for shapes and colours only.
+        prints: Whether and how prints are looked for.
 
     Returns:
         An answer for each item, in their order.
 
     Raises:
-        InputError: The picture shows too little of the place, or an item has no model.
+        InputError: The picture shows too little of the place, an item has no model, or a print is to be
+            looked for and OpenCV is not installed.
     """
     return concluded([PlaceLook.of(rgbd, place, T_world_place, listed, known, prints)])
 
@@ -236,6 +220,7 @@ def concluded(looks: Sequence[PlaceLook]) -> PlaceObservation:
     answers = _answers(last)
     if pairs:
         answers = _with_prints(_voted(_agreed_answers(pairs), looks), looks)
+    answers = told_apart(answers, max(looks, key=lambda look: look.pixels_per_mm).routes)
     given = {
         i: each.T_world_item
         for i, each in enumerate(answers)
@@ -277,6 +262,30 @@ def _answers(look: PlaceLook) -> tuple[ItemObservation, ...]:
             )
         )
     return tuple(answers)
+
+
+def told_apart(answers: Sequence[ItemObservation], routes: Sequence[Route]) -> tuple[ItemObservation, ...]:
+    """State the routes of answers, and refuse those that nothing tells from their twins.
+
+    Args:
+        answers: By what the joint decision of the place found.
+        routes: That of each.
+
+    Returns:
+        The answers. One by shape is refused if a twin was not found by its print either: which of the two it
+        is would be a guess.
+    """
+    by_shape = {each.item.name for each in answers if each.found_by is FoundBy.SHAPE}
+    out = []
+    for answer, route in zip(answers, routes, strict=True):
+        told = replace(answer, route=route)
+        alike = [name for name in route.twins if name in by_shape]
+        if answer.is_answer and answer.item.name in by_shape and alike:
+            refusal = f"shape and colour do not tell it from {', '.join(alike)}"
+            confidence = answer.confidence / (1 + len(alike))
+            told = replace(told, refusal=refusal, confidence=confidence, bound=None)
+        out.append(told)
+    return tuple(out)
 
 
 def _are_aside(one: PlaceLook, other: PlaceLook) -> bool:

@@ -38,6 +38,7 @@ from pickcli.perception.items.perceived_schema import (
     PerceivedModel,
     PerceivedPoseModel,
 )
+from pickcli.perception.items.routing import Route
 from pickcli.perception.pod_pose import PodEstimate
 from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_checks import check_boxes
@@ -209,9 +210,13 @@ def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> It
     support = None if model.support is None else Support(**model.support.model_dump())
     bound = None if model.bound is None else PoseNoise(**model.bound.model_dump())
     item = cell.item(model.name, model.year)
+    route = None
+    if model.route is not None:
+        route = Route(model.route.views, model.route.why, model.route.twins)
     return ItemObservation(
-        model.id, item, T, model.confidence, model.refusal, bound, support, found_by=FoundBy(model.found_by)
-    )
+        model.id, item, T, model.confidence, model.refusal, bound, support,
+        found_by=FoundBy(model.found_by), route=route,
+    )  # fmt: skip
 
 
 def _pose(source: Source, key: Key, model: PerceivedPoseModel) -> Array:
@@ -234,7 +239,21 @@ def _item_values(item: ItemObservation) -> dict[str, Any]:
         "refusal": item.refusal,
         "bound": None if item.bound is None else item.bound.figures,
         "support": None if item.support is None else dataclasses.asdict(item.support),
+        **({} if item.route is None else {"route": route_values(item.route)}),
     }
+
+
+def route_values(route: Route) -> dict[str, Any]:
+    """Convert a route to JSON values.
+
+    Args:
+        route: The route.
+
+    Returns:
+        Its values by key.
+    """
+    views = None if route.views is None else route.views.value
+    return {"views": views, "why": route.why, "twins": list(route.twins)}
 
 
 def _pod_values(pod: PodEstimate) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from annotated_types import Len
 from pydantic import Field
 
 from pickcli.files.schema import FileModel, Text, Vector
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.scene.scene_schema import NoiseModel
 
 _Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
@@ -37,6 +38,14 @@ class SupportModel(FileModel):
     surface_spread: float = Field(ge=0, description="m")
 
 
+class RouteModel(FileModel):
+    """By what an item was looked for."""
+
+    views: SiftViews | None = Field(description='"all-views", "each-view" or null')
+    why: Annotated[str, Field(max_length=200)] = Field(description='why its print was not looked for, or ""')
+    twins: Annotated[tuple[Text, ...], Len(0, 300)] = Field(description="a list of names of items")
+
+
 class PerceivedItemModel(FileModel):
     """The answer for one listed item."""
 
@@ -49,6 +58,7 @@ class PerceivedItemModel(FileModel):
     refusal: Annotated[str, Field(max_length=200)] = Field(description='why the pose is not used, or ""')
     bound: NoiseModel | None = Field(description="bounds of the error of the pose, or null")
     support: SupportModel | None = Field(description="counts of pixels, or null")
+    route: RouteModel | None = Field(None, description="by what it was looked for, or null")
 
 
 class UnexplainedModel(FileModel):

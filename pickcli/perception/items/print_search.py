@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,46 +24,40 @@ _AROUND = 2  # px around a feature, whose depth stands for it
 _MORE = 1  # poses of an item beyond the number of its copies
 
 
-@dataclass(frozen=True)
-class PrintSearch:
-    """How prints are looked for.
+def prints_in(
+    rgbd: RgbdPicture,
+    view: PlaceView,
+    items: Sequence[Item],
+    views: Mapping[Item, SiftViews],
+    texture_seed: int,
+) -> dict[Item, tuple[PrintSighting, ...]]:
+    """Find printed items in the picture of a place.
 
-    Attributes:
-        views: Which views of a model are compared with at once.
+    Args:
+        rgbd: The picture.
+        view: What it shows of the place.
+        items: The listed items, copies too.
+        views: Which views of a model are compared with at once, by item; prints of others are not looked for.
         texture_seed: Seed of the set of prints that models are made from.
+
+    Returns:
+        Where each was recognised, by item, those with most matches first; without items that were not.
     """
-
-    views: SiftViews
-    texture_seed: int
-
-    def run(
-        self, rgbd: RgbdPicture, view: PlaceView, items: Sequence[Item]
-    ) -> dict[Item, tuple[PrintSighting, ...]]:
-        """Find printed items in the picture of a place.
-
-        Args:
-            rgbd: The picture.
-            view: What it shows of the place.
-            items: The listed items.
-
-        Returns:
-            Where it was recognised, by item, those with most matches first; without items that are not
-            printed, or were not recognised.
-        """
-        printed = [item for item in dict.fromkeys(items) if item.is_printed]
-        if not printed:
-            return {}
-        seen = picture_features(rgbd, view)
-        depth = np.where(np.isfinite(seen.depth), seen.depth, np.nanmedian(view.known.depth))
-        lengths = seen.features.sizes * depth / seen.camera.fx
-        found = {}
-        for item in printed:
-            model = print_model(item, self.texture_seed)
-            matched = matches_of(seen.features, lengths, model, self.views)
-            poses = print_poses(seen, model, matched, items.count(item) + _MORE)
-            if poses:
-                found[item] = tuple(each.sighting for each in poses)
-        return found
+    if not views:
+        return {}
+    seen = picture_features(rgbd, view)
+    depth = np.where(np.isfinite(seen.depth), seen.depth, np.nanmedian(view.known.depth))
+    lengths = seen.features.sizes * depth / seen.camera.fx
+    found = {}
+    for item in dict.fromkeys(items):
+        if item not in views:
+            continue
+        model = print_model(item, texture_seed)
+        matched = matches_of(seen.features, lengths, model, views[item])
+        poses = print_poses(seen, model, matched, items.count(item) + _MORE)
+        if poses:
+            found[item] = tuple(each.sighting for each in poses)
+    return found
 
 
 def picture_features(rgbd: RgbdPicture, view: PlaceView) -> PictureFeatures:

@@ -23,8 +23,9 @@ from pickcli.perception.items.agreement import (
     votes_on,
 )
 from pickcli.perception.items.item_observation import Agreement, FoundBy
-from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
+from pickcli.perception.items.item_perception import PlaceLook, concluded
 from pickcli.perception.items.item_search import PoseEstimate
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, agreed_bound_of
 from pickcli.scene.scene import PoseNoise
 from support.filled_bins import Filled, looked_at, looked_at_aslant

@@ -7,7 +7,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.perception.items.item_observation import Support
-from pickcli.perception.items.item_perception import ListedItem
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.pose_bound import LARGEST, SURFACE_OFF, bound_of
 from pickcli.random_scenes.make_scene import make_scene
 from support.filled_bins import looked_at

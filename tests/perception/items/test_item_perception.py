@@ -12,7 +12,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
 from pickcli.geometry import inverse, pose
 from pickcli.perception.items import item_search
-from pickcli.perception.items.item_perception import ListedItem
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.perceived_file import Perceived, perceived_values
 from pickcli.perception.items.symmetry import turn_between
 from pickcli.random_scenes.make_scene import make_scene

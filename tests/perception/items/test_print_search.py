@@ -10,16 +10,18 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.geometry import inverse, rotation_angle
 from pickcli.perception.items.item_observation import FoundBy
-from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded, perceive_items
+from pickcli.perception.items.item_perception import PlaceLook, concluded, perceive_items
+from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.perceived_file import Perceived, perceived_values
 from pickcli.perception.items.place_view import view_of_place
-from pickcli.perception.items.print_search import PrintSearch, picture_features
+from pickcli.perception.items.print_search import picture_features, prints_in
+from pickcli.perception.items.routing import NO_PRINTS, PrintSearch
 from pickcli.perception.items.symmetry import error_of
-from pickcli.perception.textures.sift_views import SiftViews
+from pickcli.perception.textures.sift_views import SiftRule, SiftViews
 from pickcli.random_scenes.make_scene import make_scene
 from support.filled_bins import Filled, looked_at, looked_at_aslant
 
-PRINTS = PrintSearch(SiftViews.ALL, 21)
+PRINTS = PrintSearch(SiftRule.ALL, 21)
 CONTENTS = ("dove_beauty_bar", "crayola_24_ct", "rawlings_baseball", "womens_knit_gloves")
 
 
@@ -28,7 +30,7 @@ def printed(cell: Cell) -> Filled:
     return looked_at(make_scene({"bin_E": CONTENTS}, cell, seed=6), texture_seed=21)
 
 
-def look(seen: Filled, listed: list[ListedItem], prints: PrintSearch | None = PRINTS) -> PlaceLook:
+def look(seen: Filled, listed: list[ListedItem], prints: PrintSearch = PRINTS) -> PlaceLook:
     return PlaceLook.of(seen.rgbd, seen.place, seen.T_world_place, listed, seen.known, prints)
 
 
@@ -53,13 +55,15 @@ def test_what_is_not_printed_or_not_there_is_not_claimed_by_print(printed: Fille
     listed = [*printed.listed, *(ListedItem(item.name, item) for item in absent)]
     view = view_of_place(printed.rgbd, printed.place, printed.T_world_place, printed.known)
     assert view is not None
-    found = PRINTS.run(printed.rgbd, view, [each.item for each in listed])
+    items = [each.item for each in listed]
+    views = {item: SiftViews.ALL for item in items if item.is_printed}
+    found = prints_in(printed.rgbd, view, items, views, PRINTS.texture_seed)
     assert {item.name for item in found} <= {name for name in CONTENTS if name != "womens_knit_gloves"}
-    assert PRINTS.run(printed.rgbd, view, [printed.scene.cell.item("womens_knit_gloves", 2016)]) == {}
+    assert prints_in(printed.rgbd, view, items, {}, PRINTS.texture_seed) == {}
 
 
 def test_prints_of_another_set_change_nothing_but_time(printed: Filled) -> None:
-    other = concluded([look(printed, printed.listed, PrintSearch(SiftViews.ALL, 22))])
+    other = concluded([look(printed, printed.listed, PrintSearch(SiftRule.ALL, 22))])
     assert all(answer.found_by is FoundBy.SHAPE for answer in other.items)
     T = printed.rgbd.T_world_camera
     ours, theirs = (Perceived("c", "hand", "s", T, (each,)) for each in (other, printed.perceived()))
@@ -80,7 +84,7 @@ def test_same_picture_same_bytes(printed: Filled) -> None:
 
 def test_a_face_that_one_of_two_looks_knows_is_known(printed: Filled) -> None:
     aslant = looked_at_aslant(printed.scene, texture_seed=21)
-    looks = [look(printed, printed.listed), look(aslant, printed.listed, None)]
+    looks = [look(printed, printed.listed), look(aslant, printed.listed, NO_PRINTS)]
     for answer in concluded(looks).items:
         if answer.found_by is FoundBy.PRINT and answer.T_world_item is not None:
             true = printed.scene.find(answer.id).T_world_item
