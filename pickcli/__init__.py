@@ -25,6 +25,7 @@ _HOMES = {
     "pickcli.motion.plan_file": ("read_plan", "write_plan"),
     "pickcli.motion.segment": ("Segment", "SegmentKind"),
     "pickcli.motion.trajectory": ("Trajectory",),
+    "pickcli.perception.items.perceived_file": ("Perceived", "read_perceived", "write_perceived"),
     "pickcli.scene.cloud": ("Cloud",),
     "pickcli.scene.scene": ("PlacedItem", "PoseNoise", "Scene"),
     "pickcli.scene.scene_file": ("read_scene", "write_scene"),

@@ -27,6 +27,9 @@ from pickcli.motion.plan_file import write_plan as write_plan
 from pickcli.motion.segment import Segment as Segment
 from pickcli.motion.segment import SegmentKind as SegmentKind
 from pickcli.motion.trajectory import Trajectory as Trajectory
+from pickcli.perception.items.perceived_file import Perceived as Perceived
+from pickcli.perception.items.perceived_file import read_perceived as read_perceived
+from pickcli.perception.items.perceived_file import write_perceived as write_perceived
 from pickcli.random_scenes.make_scene import make_scene as make_scene
 from pickcli.scene.cloud import Cloud as Cloud
 from pickcli.scene.scene import PlacedItem as PlacedItem

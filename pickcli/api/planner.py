@@ -25,6 +25,7 @@ from pickcli.kinematics.continuous_joints import ways_round
 from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.planning.assembly.stitching import stitch_run
 from pickcli.planning.coarse_motion import COARSE_LIMITS, plan_coarse
 from pickcli.planning.move import MoveGoal, plan_move
@@ -38,12 +39,15 @@ from pickcli.seeds import derived_seed
 from pickcli.verification.verify import certify
 
 if TYPE_CHECKING:
+    from pickcli.perception.items.perceived_file import Perceived
     from pickcli.simulation.execution import Execution
 
 
 @dataclass(frozen=True, eq=False)
 class Planner:
-    """Plans, times, verifies and executes motions in one cell. It caches models, but has no other state.
+    """Plans, times, verifies and executes motions in one cell, and looks into its places.
+
+    It caches models, but has no other state.
 
     If a method is called without a scene, the cell is empty. Every failure is an ``ApcError``; the same seed
     gives the same motion.
@@ -128,6 +132,45 @@ class Planner:
         check_obstacles(obstacles, taken)
         grown = replace(cell, obstacles=Obstacles((*cell.obstacles.bodies, *obstacles)))
         return Planner(replace(self.context, cell=replace(grown, fingerprint=fingerprint(grown))))
+
+    def perceive(
+        self,
+        scene: Scene,
+        camera: str,
+        at: Configuration = "home",
+        places: Sequence[str] = (),
+        sift: str = SiftRule.AUTO,
+        textures: int = 1,
+        seed: int = 0,
+    ) -> Perceived:
+        """Find the items of places in a look of a simulated camera: the same answers as ``apc perceive``.
+
+        Models of items are kept: the second look of a process that needs them takes a fraction of the time.
+
+        Args:
+            scene: The scene, which is seen by the camera alone; what is listed in each place is known.
+            camera: Name of a depth camera of the cell.
+            at: Where the arm is.
+            places: Names of the places to look into; none for all with items of whose room half is seen.
+            sift: For which items prints are looked for: "auto", "none", "all-views" or "each-view".
+            textures: Seed of the prints on the items.
+            seed: Seed of the noise.
+
+        Returns:
+            An answer for each item, by place, with its route; ``write_perceived`` writes it.
+
+        Raises:
+            UnknownNameError: The cell has no such camera, configuration or place, or there is no such rule.
+            InputError: The camera measures no depth, too little of a place is seen, an item has no model, or
+                prints are looked for and OpenCV is not installed.
+        """
+        from pickcli.api.camera_look import CameraLook, perceived_by
+
+        rules = [each.value for each in SiftRule]
+        if sift not in rules:
+            raise UnknownNameError("sift", sift, rules)
+        look = CameraLook(camera, at, tuple(places), SiftRule(sift), textures, seed)
+        return perceived_by(self._seen(scene), look)
 
     def plan_path(
         self,

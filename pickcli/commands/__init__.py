@@ -9,7 +9,7 @@ Read in this order:
   `believe`, `plan_stow`, `plan_shift`, `plan_topple`, `plan_move`, `verify`, `execute`, `check_driver`,
   `export`, `roll_out` and `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for
   many.
-- Content and checks of files: `inspect`, `show`, `show_strategy` and `check`.
+- Content and checks of files: `inspect`, `show`, `show_strategy` and `check`; `show_routes` before a look.
 - Pallets: `make_pallet_order`, `plan_pallet` and `pallet_verification`; trucks: `plan_drive`,
   `verified_drive`, `detect_pallet` and `watch_zone`; hands with belts: `try_grasp`.
 - Items: `show_grasps`, `show_envelope` and `import_tsr`, with the `named_item` of both; `record_grasp`.
@@ -19,8 +19,8 @@ Read in this order:
 - Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow
   and --move, `query_execution` answers them.
 - Functions that commands share: `plan_verification` and `plan_execution` for plans, `pick_request` and
-  `experience_session` for queries, `building` for builds, `progress_bar`; `named_camera` for cameras and
-  `camera_pictures` for what they take or took.
+  `experience_session` for queries, `building` for builds, `progress_bar`; `named_camera` for cameras,
+  `camera_pictures` for what they take or took, and `listed_contents` for what is known to be there.
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
   inspect`, `checked_texts` for `apc check`, `perceived_lines`, `execution_report` and `trial_table`;
   `played_stream` plays and reports a trial of a stream, `played_pallet` one of a pallet,

@@ -44,6 +44,7 @@ COMMANDS: dict[str, str] = {
     "locate-pod": "Estimate where the pod stands from one depth picture, with bounds of the error.",
     "locate-tote": "Locate the tote by touching its walls and its rim with the cup, in simulation.",
     "perceive": "Find the listed items of bins in pictures of a camera.",
+    "show-routes": "Tell by what apc perceive would look for items, without looking.",
     "believe": "Make the scene that a planner believes in from what was perceived.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",
     "plan-shift": "Plan one shift: move an item within its bin, lifted a little.",

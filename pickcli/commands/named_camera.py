@@ -65,6 +65,26 @@ def sift_option(where: str = "") -> Callable[[F], F]:
     )  # fmt: skip
 
 
+def refuse_missing_opencv(rule: SiftRule, otherwise: str = "") -> None:
+    """Refuse to look for prints without OpenCV, before any work.
+
+    Args:
+        rule: For which items prints are to be looked for.
+        otherwise: What else does without it, for the message.
+
+    Raises:
+        InputError: Prints are to be looked for, and it is not installed.
+    """
+    from pickcli.errors import InputError
+
+    if rule is SiftRule.NONE:
+        return
+    try:
+        import pickcli.perception.textures.opencv  # noqa: F401
+    except InputError as error:
+        raise InputError(f"{error}; or leave prints out with --sift none{otherwise}") from None
+
+
 def deformed_option(what: str) -> Callable[[F], F]:
     """Make the option --deformed.
 

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
-from pickcli.commands.camera_pictures import (
-    CameraPicture,
-    aslant_pictures,
-    recorded_pictures,
-    refuse_half,
-    simulated_picture,
-)
+from pickcli.commands.camera_pictures import named_viewpoint, recorded_pictures, refuse_half
 from pickcli.commands.command import Command, emit_json
+from pickcli.commands.listed_contents import (
+    bin_option,
+    listed_contents,
+    named_places,
+    order_option,
+)
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import camera_or_recording_options, deformed_option, sift_option
+from pickcli.commands.named_camera import (
+    camera_or_recording_options,
+    deformed_option,
+    refuse_missing_opencv,
+    sift_option,
+)
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     json_option,
@@ -33,28 +37,18 @@ from pickcli.commands.perceived_lines import perceived_lines
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
 
 if TYPE_CHECKING:
-    from pickcli.cell.place import Place
-    from pickcli.perception.items.item_observation import PlaceObservation
-    from pickcli.perception.items.listed_item import ListedItem
-    from pickcli.perception.items.room_sight import RoomSight
-    from pickcli.perception.items.routing import PrintSearch
     from pickcli.perception.textures.sift_views import SiftRule
     from pickcli.scene.scene import Scene
-
-_Contents: TypeAlias = "Mapping[str, Sequence[ListedItem]]"
 
 
 @click.command("perceive", cls=Command)
 @scene_or_cell_options
-@click.option("--order", "order_path", type=PATH, metavar="ORDER",
-              help="Order that says what is in each place.  [default: what the scene has there]")  # fmt: skip
+@order_option
 @camera_or_recording_options
 @click.option("--aslant", "is_aslant", is_flag=True,
               help="Let the camera look into each place from both sides, too, by 20 "
                    "degrees.")  # fmt: skip
-@click.option("--bin", "bin_names", metavar="PLACE", multiple=True,
-              help="Bin, or other place, whose items are looked for; may be repeated.  "
-                   "[default: all with items whose room is seen at least to half]")  # fmt: skip
+@bin_option
 @click.option("--pod", "pod_path", type=PATH, metavar="FILE",
               help="Where the pod was located (see apc locate-pod).  "
                    "[default: where the scene has it]")  # fmt: skip
@@ -94,11 +88,12 @@ def command(
       apc perceive --scene scene.json --camera hand --at cam_E --pod pod.json -o in_pod.json
       apc perceive --order order.json --cell apc2016_delft --recorded e.json -o recorded.json
     """
-    from pickcli.errors import InputError
     from pickcli.files.png_file import write_png
-    from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
+    from pickcli.perception.camera_picture import PictureSeeds, aslant_pictures, taken_picture
+    from pickcli.perception.items.perceived_file import perceived_values, write_perceived
     from pickcli.perception.items.routing import PrintSearch
     from pickcli.perception.perceived_picture import perceived_picture
+    from pickcli.perception.perceived_places import known_from, perceived_in, places_in_sight
 
     refuse_half(name, at, recorded)
     if recorded and is_aslant:
@@ -112,77 +107,50 @@ def command(
         refuse_same(output, picture_path)
     if not recorded and scene_path is None:
         raise click.UsageError("nothing to look at: name a scene with --scene, or pictures with --recorded")
-    prints = PrintSearch(sift, texture_seed)
+    refuse_missing_opencv(sift)
     configurations = () if recorded else (at or "home",)
     arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
     scene = scene_or_empty(scene_path, cell_name, arms)
-    contents = _contents(scene, order_path, is_deformed)
+    contents = listed_contents(scene, order_path, is_deformed)
+    seeds = PictureSeeds(texture_seed, seed, is_deformed)
     if recorded:
         taken = recorded_pictures(scene, recorded)
         for path in filter(None, (output, picture_path)):
             refuse_reading(path, *(file for each in taken for file in each.files))
     else:
         assert name is not None
-        taken = (simulated_picture(scene, name, at or "home", (texture_seed, seed), is_deformed),)
+        where = f"camera {name} at {at or 'home'}"
+        with stage("rendering"):
+            viewpoint = named_viewpoint(scene.cell, name, at or "home")
+            taken = (taken_picture(scene, viewpoint, where, seeds),)
     true = scene
     if pod_path is not None:
         scene = _with_pod(scene, pod_path)
-    places = _places(scene, bin_names, contents, taken)
+    advice = "take it" if recorded else "move the arm with --at"
+    places = named_places(scene.cell, bin_names) or places_in_sight(
+        scene, contents, {each.where: each.viewpoint for each in taken}, advice
+    )
     first = taken[0]
-    if is_aslant and first.camera.link is None:
-        raise InputError(f"camera {first.camera.name}: no arm moves it, so it does not look aslant")
-    by_place = {
-        place: (*taken, *aslant_pictures(true, first, place, scene, (texture_seed, seed), is_deformed))
-        if is_aslant
-        else taken
-        for place in places
-    }
+    by_place = dict.fromkeys(places, taken)
+    if is_aslant:
+        with stage("rendering"):
+            by_place = {each: (*taken, *aslant_pictures(true, first, each, scene, seeds)) for each in places}
     with stage("perception"):
-        found = tuple(_perceived(scene, contents, place, by_place[place], prints) for place in places)
-    used = {id(each): each for pictures in by_place.values() for each in pictures if each is not first}
-    others = tuple(each.rgbd.T_world_camera for each in used.values())
-    perceived = Perceived(
-        scene.cell.name, first.camera.name, first.camera.model.name, first.rgbd.T_world_camera, found,
-        also_from=others,
-    )  # fmt: skip
+        perceived = perceived_in(scene, contents, by_place, PrintSearch(sift, texture_seed))
     write_perceived(perceived, output, overwrite)
     if picture_path is not None:
-        known = first.known(scene)
+        known = known_from(scene, first.viewpoint)
         write_png(perceived_picture(first.rgbd, known, perceived), picture_path, overwrite)
     if as_json:
         drawn = {} if picture_path is None else {"picture": str(picture_path)}
         emit_json({**perceived_values(perceived), "path": str(output), **drawn, "seed": seed})
         return
-    for each in found:
+    for each in perceived.places:
         for line in perceived_lines(each):
             click.echo(line)
     click.echo(f"answers: {output}")
     if picture_path is not None:
         click.echo(f"picture: {picture_path}")
-
-
-def _contents(scene: Scene, order_path: Path | None, may_deform: bool) -> _Contents:
-    """What is listed to be in each place: by an order, or else as the scene has it; perhaps it deforms."""
-    from pickcli.perception.items.listed_item import ListedItem
-    from pickcli.random_scenes.make_scene import instances_of
-    from pickcli.trial.order_file import read_order
-
-    if order_path is None:
-        held = None if scene.held is None else scene.held.id
-        return {
-            name: [
-                ListedItem.of(each.id, each.item, may_deform)
-                for each in scene.in_location(name)
-                if each.id != held
-            ]
-            for name in scene.cell.places
-        }
-    order = read_order(order_path, scene.cell)
-    listed = instances_of(order.contents, scene.cell, order.year)
-    return {
-        name: [ListedItem.of(each.id, each.item, may_deform) for each in items]
-        for name, items in listed.items()
-    }
 
 
 def _with_pod(scene: Scene, path: Path) -> Scene:
@@ -198,53 +166,3 @@ def _with_pod(scene: Scene, path: Path) -> Scene:
     if perceived.pod is None:
         raise InputError(f"{path}: the pod was not located in it; apc locate-pod writes such a file")
     return replace(scene, T_world_pod=perceived.pod.T_world_pod, pod_error=perceived.pod.error)
-
-
-def _places(
-    scene: Scene, names: tuple[str, ...], contents: _Contents, taken: Sequence[CameraPicture]
-) -> list[Place]:
-    """The named places, or those of which a picture shows enough."""
-    from pickcli.errors import InputError, UnknownNameError
-    from pickcli.perception.items.room_sight import LEAST_SEEN
-
-    cell = scene.cell
-    for name in names:
-        if name not in cell.places:
-            raise UnknownNameError("place", name, list(cell.places), "--bin")
-    if names:
-        return [cell.places[name] for name in dict.fromkeys(names)]
-    listed = [place for place in cell.places.values() if contents.get(place.name)]
-    if not listed:
-        raise InputError("no items are listed to be in any place; name a place to look into with --bin")
-    sights = {place: _best_sight(scene, place, taken) for place in listed}
-    most = max(sights, key=lambda place: sights[place].seen)
-    if not sights[most].is_enough:
-        best = f"of {most.name}, the best of these, {sights[most].fault}" if sights[most].seen else ""
-        how = "take it" if len(taken) > 1 or taken[0].is_recorded else "move the arm with --at"
-        raise InputError(
-            f"{taken[0].where}: shows less than {LEAST_SEEN:.0%} of the room of every place with items"
-            f"{': ' * bool(best)}{best}; {how} before one"
-        )
-    return [place for place, sight in sights.items() if sight.is_enough]
-
-
-def _best_sight(scene: Scene, place: Place, taken: Sequence[CameraPicture]) -> RoomSight:
-    return max((each.sight_of(scene, place) for each in taken), key=lambda sight: sight.seen)
-
-
-def _perceived(
-    scene: Scene,
-    contents: _Contents,
-    place: Place,
-    taken: Sequence[CameraPicture],
-    prints: PrintSearch,
-) -> PlaceObservation:
-    """The answers for a place, by all pictures that show enough of it; by the best one if none does."""
-    from pickcli.perception.items.item_perception import PlaceLook, concluded
-
-    T, listed = scene.T_world_place(place), contents.get(place.name, ())
-    sights = [(each, each.sight_of(scene, place)) for each in taken]
-    enough = [each for each, sight in sights if sight.is_enough]
-    used = enough or [max(sights, key=lambda seen: seen[1].seen)[0]]
-    found = concluded([PlaceLook.of(each.rgbd, place, T, listed, each.known(scene), prints) for each in used])
-    return replace(found, error=scene.pose_of(scene.cell.carriers[place.carrier]).error)

@@ -14,7 +14,7 @@ from click.core import ParameterSource
 from pickcli.commands.arm_options import arm_option
 from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.build_options import jobs_option
-from pickcli.commands.named_camera import sift_option
+from pickcli.commands.named_camera import refuse_missing_opencv, sift_option
 from pickcli.commands.options import (
     approach_option,
     cell_option,
@@ -297,13 +297,7 @@ class TrialOptions:
             if self.sift is not SiftRule.NONE and source is ParameterSource.COMMANDLINE:
                 raise click.UsageError("--sift: prints are looked for by cameras; add --perception camera")
             return SiftRule.NONE
-        if self.sift is not SiftRule.NONE:
-            try:
-                import pickcli.perception.textures.opencv  # noqa: F401
-            except InputError as error:
-                raise InputError(
-                    f"{error}; or leave prints out with --sift none, or cameras with --perception noise"
-                ) from None
+        refuse_missing_opencv(self.sift, ", or cameras with --perception noise")
         return self.sift
 
 

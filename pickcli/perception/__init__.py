@@ -10,6 +10,7 @@ in other light, as trials do. Cloth and bags may have a
 what is not known in it.
 `items` finds the listed items of a place in one or several pictures with depth and colour; `textures` are
 what is printed on them, and recognised.
+A `camera_picture` is taken from a viewpoint, and `perceived_places` are all that it shows with their items.
 `pod_pose` finds the pod: from a `pod_start` by a `pod_fit`, with a `pod_bound` of the error,
 a `floor_pose_bound`.
 `pallets` finds a pallet on the floor.

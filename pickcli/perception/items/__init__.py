@@ -4,9 +4,10 @@ Read in this order:
 
 - What comes in: `rgbd_picture`, depth and colour of one look; `place_view`, what it shows of one place, and
   `room_sight`, how much of it.
-- What is known of items: `product_model` with its `colour_model`; `symmetry` says which poses look alike.
-- The search: `print_search` recognises what is printed on items, `pose_starts` puts items where they could
-  be, `place_pictures` compare hypotheses with what was seen, and `item_search` decides all items of a place
+- What is known of items: the `listed_item`, its `product_model` with its `colour_model`; `symmetry` says
+  which poses look alike.
+- The search: `routing` chooses the way of each item; `print_search` recognises what is printed on items,
+  `pose_starts` puts items where they could be, `place_pictures` compare hypotheses with what was seen, and `item_search` decides all items of a place
   together.
 - What nobody has seen: `line_of_sight` says how far rays are clear, `unknown_voxels` makes boxes of the rest.
 - What comes out: `item_observation`, with the `confidence` by which it is refused or not and its
