@@ -23,8 +23,8 @@ from pickcli.perception.items.product_model import product_model
 from pickcli.perception.textures.sift_views import SiftRule, SiftViews
 
 LEAST_PIXELS = 24.0  # across the smaller side of an item's largest face, from which on prints are recognised
-LIKE_SIZE = 0.006  # m by which the extents of items of like shape differ at most
-LIKE_COLOUR = 0.8  # least overlap of the colours of items of like colour (Bhattacharyya's coefficient)
+LIKE_SIZE = 0.004  # m by which the extents of items of like shape differ at most
+LIKE_COLOUR = 0.9  # least overlap of the colours of items of like colour (Bhattacharyya's coefficient)
 _VIEWS_OF_RULES = {SiftRule.ALL: SiftViews.ALL, SiftRule.EACH: SiftViews.EACH}
 
 
