@@ -37,7 +37,7 @@ PATTERN = "dove_beauty_bar"
 
 @dataclass(frozen=True)
 class Pair:
-    """What became of two boxes: the overlap of their colours, and how many answers there are and are swapped."""
+    """What became of two boxes: how much their colours overlap, and how many answers are swapped."""
 
     mm: float
     shift: int
