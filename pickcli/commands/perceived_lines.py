@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.geometry import Array
     from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
-    from pickcli.perception.items.routing import Route
+    from pickcli.perception.items.routing import ItemRoute
     from pickcli.perception.pod_pose import PodEstimate
 
 _HEAD = ("item", "by", "confidence", "within", "and", "surface", "position in m, or why not")
@@ -53,7 +53,7 @@ def perceived_lines(observed: PlaceObservation) -> list[str]:
     return lines
 
 
-def route_lines(routes: Iterable[tuple[str, Route | None]]) -> list[str]:
+def route_lines(routes: Iterable[tuple[str, ItemRoute | None]]) -> list[str]:
     """Tell by what items are looked for.
 
     Args:

@@ -14,7 +14,7 @@ from pickcli.perception.items.item_perception import PlaceLook, concluded
 from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.room_sight import LEAST_SEEN, RoomSight, coarse_view, room_sight
-from pickcli.perception.items.routing import PrintSearch, Route, pixels_per_mm, routes_of
+from pickcli.perception.items.routing import ItemRoute, PrintSearch, pixels_per_mm, routes_of
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.perception.viewpoints import Viewpoint
@@ -146,7 +146,7 @@ class PlaceRoutes:
     place: str
     pixels_per_mm: float
     seen: float
-    routes: Mapping[str, Route]
+    routes: Mapping[str, ItemRoute]
 
 
 def routes_from(

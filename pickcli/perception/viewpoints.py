@@ -167,7 +167,7 @@ def further_viewpoints(place: Place, believed: Scene) -> tuple[Viewpoint, ...]:
 
 
 def _stated_viewpoints(cell: Cell) -> Iterator[Viewpoint]:
-    """Those of all depth cameras from all configurations of kind ``CAMERA_KIND``."""
+    """Viewpoints of all depth cameras from all configurations of kind ``CAMERA_KIND``."""
     for at in cell.configurations.values():
         if at.kind == CAMERA_KIND:
             for camera in cell.cameras.values():

@@ -20,7 +20,7 @@ from pickcli.perception.items.item_observation import (
     UnexplainedPart,
 )
 from pickcli.perception.items.perceived_file import read_perceived
-from pickcli.perception.items.routing import Route
+from pickcli.perception.items.routing import ItemRoute
 from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.perception.viewpoints import viewpoints_of
 from pickcli.scene.scene import PoseNoise
@@ -92,7 +92,7 @@ def test_prints_tell_which_side_is_in_front(made: Made, cell: Cell, tmp_path: Pa
     assert answer.code == 0 and "by shape: prints are left out: " in answer.out
     (place,) = read_perceived(path, cell).places
     assert {item.found_by for item in place.items} == {FoundBy.SHAPE}
-    assert {item.route for item in place.items} == {Route(None, "prints are left out")}
+    assert {item.route for item in place.items} == {ItemRoute(None, "prints are left out")}
 
 
 def test_the_route_of_each_item_is_in_the_file_and_older_files_have_none(
@@ -105,7 +105,7 @@ def test_the_route_of_each_item_is_in_the_file_and_older_files_have_none(
     (first, _) = content["places"][0]["items"]
     assert first["route"] == {"views": "all-views", "why": "", "twins": []}
     (place,) = read_perceived(path, cell).places
-    assert all(item.route == Route(SiftViews.ALL) for item in place.items)
+    assert all(item.route == ItemRoute(SiftViews.ALL) for item in place.items)
     del first["route"]
     path.write_text(json.dumps(content))
     (place,) = read_perceived(path, cell).places

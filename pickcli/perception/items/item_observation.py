@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.geometry import Array
-from pickcli.perception.items.routing import Route
+from pickcli.perception.items.routing import ItemRoute
 from pickcli.scene.scene import PoseNoise
 
 
@@ -113,7 +113,7 @@ class ItemObservation:
     support: Support | None
     agreement: Agreement | None = None
     found_by: FoundBy = FoundBy.SHAPE
-    route: Route | None = None
+    route: ItemRoute | None = None
 
     @property
     def is_answer(self) -> bool:

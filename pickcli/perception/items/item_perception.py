@@ -36,7 +36,7 @@ from pickcli.perception.items.pose_bound import agreed_bound_of, bound_of, joint
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import coarse_view, room_sight
-from pickcli.perception.items.routing import NO_PRINTS, PrintSearch, Route, pixels_per_mm, routes_of
+from pickcli.perception.items.routing import NO_PRINTS, ItemRoute, PrintSearch, pixels_per_mm, routes_of
 from pickcli.perception.items.symmetry import faced_as
 from pickcli.perception.items.unknown_voxels import ASIDE, unknown_boxes, unrecognised_boxes
 from pickcli.perception.rendered_scene import RenderedScene
@@ -71,7 +71,7 @@ class PlaceLook:
     found: dict[int, PoseEstimate]
     seen: float
     prints: Mapping[Item, tuple[PrintSighting, ...]]
-    routes: tuple[Route, ...]
+    routes: tuple[ItemRoute, ...]
     pixels_per_mm: float
 
     @classmethod
@@ -171,7 +171,7 @@ _Pair: TypeAlias = tuple[PlaceLook, PlaceLook]
 
 
 def _recognised(
-    rgbd: RgbdPicture, view: PlaceView, items: Sequence[Item], routes: Sequence[Route], texture_seed: int
+    rgbd: RgbdPicture, view: PlaceView, items: Sequence[Item], routes: Sequence[ItemRoute], texture_seed: int
 ) -> Mapping[Item, tuple[PrintSighting, ...]]:
     """Where prints are recognised, by item, of those whose routes say so."""
     views = {item: route.views for item, route in zip(items, routes, strict=True) if route.views is not None}
@@ -264,7 +264,9 @@ def _answers(look: PlaceLook) -> tuple[ItemObservation, ...]:
     return tuple(answers)
 
 
-def told_apart(answers: Sequence[ItemObservation], routes: Sequence[Route]) -> tuple[ItemObservation, ...]:
+def told_apart(
+    answers: Sequence[ItemObservation], routes: Sequence[ItemRoute]
+) -> tuple[ItemObservation, ...]:
     """State the routes of answers, and refuse those that nothing tells from their twins.
 
     Args:

@@ -38,7 +38,7 @@ from pickcli.perception.items.perceived_schema import (
     PerceivedModel,
     PerceivedPoseModel,
 )
-from pickcli.perception.items.routing import Route
+from pickcli.perception.items.routing import ItemRoute
 from pickcli.perception.pod_pose import PodEstimate
 from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_checks import check_boxes
@@ -212,7 +212,7 @@ def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> It
     item = cell.item(model.name, model.year)
     route = None
     if model.route is not None:
-        route = Route(model.route.views, model.route.why, model.route.twins)
+        route = ItemRoute(model.route.views, model.route.why, model.route.twins)
     return ItemObservation(
         model.id, item, T, model.confidence, model.refusal, bound, support,
         found_by=FoundBy(model.found_by), route=route,
@@ -243,7 +243,7 @@ def _item_values(item: ItemObservation) -> dict[str, Any]:
     }
 
 
-def route_values(route: Route) -> dict[str, Any]:
+def route_values(route: ItemRoute) -> dict[str, Any]:
     """Convert a route to JSON values.
 
     Args:

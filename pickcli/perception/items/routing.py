@@ -45,7 +45,7 @@ NO_PRINTS = PrintSearch(SiftRule.NONE, 0)
 
 
 @dataclass(frozen=True)
-class Route:
+class ItemRoute:
     """The way of recognition of one listed item.
 
     It has no deadline: the work of each recogniser is bounded by counts, so that no clock decides an answer.
@@ -69,7 +69,7 @@ class Route:
 
 def routes_of(
     listed: Sequence[ListedItem], pixels_per_mm: float, rule: SiftRule = SiftRule.AUTO
-) -> tuple[Route, ...]:
+) -> tuple[ItemRoute, ...]:
     """Decide which way of recognition each item takes.
 
     It follows from the arguments alone, and of an item not from where in the list it is. Rules, of which the
@@ -99,7 +99,9 @@ def routes_of(
         InputError: An item has no model.
     """
     items = sorted({each.item for each in listed}, key=lambda item: (item.name, item.year))
-    return tuple(Route(*_views(each, pixels_per_mm, rule), _twins_of(each.item, items)) for each in listed)
+    return tuple(
+        ItemRoute(*_views(each, pixels_per_mm, rule), _twins_of(each.item, items)) for each in listed
+    )
 
 
 def pixels_per_mm(camera: PinholeCamera, T_world_camera: Array, place: Place, T_world_place: Array) -> float:

@@ -19,7 +19,7 @@ from pickcli.geometry import pose
 from pickcli.perception.items.item_observation import FoundBy, ItemObservation
 from pickcli.perception.items.item_perception import perceive_items, told_apart
 from pickcli.perception.items.listed_item import ListedItem
-from pickcli.perception.items.routing import LEAST_PIXELS, PrintSearch, Route, pixels_per_mm, routes_of
+from pickcli.perception.items.routing import LEAST_PIXELS, ItemRoute, PrintSearch, pixels_per_mm, routes_of
 from pickcli.perception.textures.sift_views import SiftRule, SiftViews
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PoseNoise
@@ -38,7 +38,7 @@ def listed_of(cell: Cell, names: tuple[str, ...], may_deform: bool = False) -> l
     return [ListedItem.of(name, cell.item(name, 2016), may_deform) for name in names]
 
 
-def route_of(item: Item, per_mm: float = FINE, rule: SiftRule = SiftRule.AUTO) -> Route:
+def route_of(item: Item, per_mm: float = FINE, rule: SiftRule = SiftRule.AUTO) -> ItemRoute:
     (route,) = routes_of([ListedItem(item.name, item)], per_mm, rule)
     return route
 
@@ -87,7 +87,7 @@ def test_a_route_without_a_print_says_why(cell: Cell, name: str, per_mm: float, 
 def test_a_print_needs_pixels_across_the_item(cell: Cell) -> None:
     soap = cell.item("dove_beauty_bar", 2016)
     needed = LEAST_PIXELS / (1e3 * float(np.sort(soap.shape.extents)[1]))
-    assert route_of(soap, 1.01 * needed) == Route(SiftViews.ALL)
+    assert route_of(soap, 1.01 * needed) == ItemRoute(SiftViews.ALL)
     assert route_of(soap, 1.01 * needed).text == "by print (all-views) and shape"
     less = route_of(soap, 0.5 * needed)
     assert less.text == f"by shape: {0.5 * needed:.2f} pixels per mm, its print needs {needed:.2f}"
@@ -139,7 +139,7 @@ def answer(item: Item, found_by: FoundBy = FoundBy.SHAPE) -> ItemObservation:
 
 def test_twins_that_no_print_tells_apart_are_refused(cell: Cell) -> None:
     a, b = (plain_box(cell, name, (0.1, 0.06, 0.04)) for name in "ab")
-    routes = [Route(None, "it is plain", ("b",)), Route(None, "it is plain", ("a",))]
+    routes = [ItemRoute(None, "it is plain", ("b",)), ItemRoute(None, "it is plain", ("a",))]
     one, two = told_apart([answer(a), answer(b)], routes)
     assert one.refusal == "shape and colour do not tell it from b" and one.bound is None
     assert two.refusal == "shape and colour do not tell it from a" and two.confidence < 0.5
@@ -176,8 +176,8 @@ def test_the_routes_of_a_look_are_in_its_answers(cell: Cell) -> None:
     auto, none = perceived(SiftRule.AUTO), perceived(SiftRule.NONE)
     by_id = {each.id: each.route for each in auto}
     assert by_id == {
-        "dove_beauty_bar": Route(SiftViews.ALL),
-        "womens_knit_gloves": Route(None, "it is plain"),
+        "dove_beauty_bar": ItemRoute(SiftViews.ALL),
+        "womens_knit_gloves": ItemRoute(None, "it is plain"),
     }
     assert {each.id: each.found_by for each in auto}["dove_beauty_bar"] is FoundBy.PRINT
     assert all(each.found_by is FoundBy.SHAPE for each in none)
