@@ -185,3 +185,22 @@ def test_the_routes_of_a_look_are_in_its_answers(cell: Cell) -> None:
         "prints are left out",
         "it is plain",
     }
+
+
+def test_a_place_with_twins_says_so_and_claims_neither(cell: Cell) -> None:
+    pair = {
+        ("a", 2016): plain_box(cell, "a", (0.1, 0.07, 0.04)),
+        ("b", 2016): plain_box(cell, "b", (0.1, 0.07, 0.04)),
+    }
+    scene = make_scene(
+        {"bin_E": ("a", "b", "crayola_24_ct")}, replace(cell, items={**cell.items, **pair}), seed=3
+    )
+    seen = looked_at(scene, texture_seed=21)
+    prints = PrintSearch(SiftRule.AUTO, 21)
+    observed = perceive_items(seen.rgbd, seen.place, seen.T_world_place, seen.listed, seen.known, prints)
+    told = {each.id: each for each in observed.items}
+    assert told["a"].T_world_item is not None and told["b"].T_world_item is not None
+    assert told["a"].refusal == "shape and colour do not tell it from b"
+    assert told["b"].refusal == "shape and colour do not tell it from a"
+    assert told["crayola_24_ct"].is_answer
+    assert len(observed.unrecognised)
