@@ -1,6 +1,6 @@
 """Points by camera beside points by bounded noise: the same fresh orders and scenes, played both ways.
 
-    python -m bench.camera_trials --orders 3 --seed 1421004 [--sift all-views] [--json FILE]
+    python -m bench.camera_trials --orders 3 --seed 1421004 [--sift auto] [--json FILE]
 
 Orders are those of ``apc make-order`` with the seeds from --seed on; each is played by ``apc run-trial
 --seed 1`` with ``--perception noise`` and ``camera``, one after the other. Trials are kept under runs/camera,
@@ -126,7 +126,7 @@ def main() -> None:
     )
     parser.add_argument("--orders", type=int, default=3)
     parser.add_argument("--seed", type=int, required=True, help="of the first order, used for nothing else")
-    parser.add_argument("--sift", default="all-views", help="how prints are looked for")
+    parser.add_argument("--sift", default="auto", help="how prints are looked for")
     parser.add_argument("--json", type=Path, help="also write points and bounds there")
     given = parser.parse_args()
     compared = []

@@ -29,14 +29,14 @@ def told(words: tuple[str, ...], *kinds: OrderKind) -> str:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((), "camera, prints by all-views"),
-        (("--sift", "none"), "camera, prints by None"),
-        (("--perception", "truth"), "truth, prints by None"),
-        (("--pose-noise", "1,0.5"), "noise, prints by None"),
-        (("--cell", "ur5e_crates"), "noise, prints by None"),
-        (("--cell", "apc2016_kth_picking"), "noise, prints by None"),
-        (("--cell", "apc2016_delft_pinch"), "noise, prints by None"),
-        (("--cell", "ur5e_crates", "--perception", "camera"), "camera, prints by all-views"),
+        ((), "camera, prints by auto"),
+        (("--sift", "none"), "camera, prints by none"),
+        (("--perception", "truth"), "truth, prints by none"),
+        (("--pose-noise", "1,0.5"), "noise, prints by none"),
+        (("--cell", "ur5e_crates"), "noise, prints by none"),
+        (("--cell", "apc2016_kth_picking"), "noise, prints by none"),
+        (("--cell", "apc2016_delft_pinch"), "noise, prints by none"),
+        (("--cell", "ur5e_crates", "--perception", "camera"), "camera, prints by auto"),
     ],
 )
 def test_cameras_are_looked_by_where_they_see_into_all_bins(words: tuple[str, ...], said: str) -> None:
@@ -44,5 +44,5 @@ def test_cameras_are_looked_by_where_they_see_into_all_bins(words: tuple[str, ..
 
 
 def test_what_is_stowed_is_seen_with_bounded_errors_unless_it_is_stated() -> None:
-    assert told((), OrderKind.PICK, OrderKind.STOW) == "noise, prints by None"
-    assert told(("--perception", "camera"), OrderKind.STOW) == "camera, prints by all-views"
+    assert told((), OrderKind.PICK, OrderKind.STOW) == "noise, prints by none"
+    assert told(("--perception", "camera"), OrderKind.STOW) == "camera, prints by auto"
