@@ -81,7 +81,7 @@ def routes_of(
     4. A print needs pixels: of well seen ones with less than ``LEAST_PIXELS`` across 1 of 163 was recognised
        (docs/perception.md, "Routes").
     5. All other prints are compared with all views at once. KTH compares view by view with its wrist cameras,
-       as that finds more; here it finds less, and takes longer (same place).
+       as that finds more; here it is right less often, and takes longer (same place).
 
     Twins are items of other products whose extents differ by up to ``LIKE_SIZE`` and whose colours overlap by
     ``LIKE_COLOUR``. KTH refuses what is of like colour as another item of the bin; here the shape counts,
