@@ -24,6 +24,6 @@ Read in this order:
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
   inspect`, `checked_texts` for `apc check`, `perceived_lines`, `execution_report` and `trial_table`;
   `played_stream` plays and reports a trial of a stream, `played_pallet` one of a pallet,
-  `played_commission` one of a commission with its `people_options`; `played_commissions` many, with the
-  `trials_output` of all that are many.
+  `played_commission` one of a commission with its `people_options`; `played_commissions` and
+  `played_streams` many, with the `trials_output` of all that are many.
 """

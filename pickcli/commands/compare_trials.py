@@ -15,6 +15,7 @@ from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.monte_carlo.trial_comparison import FigureComparison
+    from pickcli.monte_carlo.trials_kind import TrialsKind
 
 HEAD = ("mean of a trial", "A", "B", "B - A", "95 %", "p")
 
@@ -26,34 +27,30 @@ HEAD = ("mean of a trial", "A", "B", "B - A", "95 %", "p")
 def command(first: Path, second: Path, as_json: bool) -> None:
     """Compare two folders of trials, and test whether the difference is more than chance.
 
-    Trials are paired by order and seed, and the share of the points decides, of commissions their success:
-    an exact sign-flip test of the differences, with the interval that belongs to it.
+    Trials are paired by order and seed, and the share of the points decides, of commissions their success,
+    of streams the share delivered of what came: an exact sign-flip test of the differences, with the interval
+    that belongs to it.
 
     \b
     Example:
       apc compare-trials runs/before runs/after
     """
+    from pickcli.commission import commission_trials
     from pickcli.commission.commission_comparison import COMMISSIONS
-    from pickcli.commission.commission_trials import are_commissions, read_commission_trials
-    from pickcli.monte_carlo.trial_comparison import TrialComparison
+    from pickcli.monte_carlo.trial_comparison import ORDERS, TrialComparison
     from pickcli.monte_carlo.trials_folder import read_trials, require_folder
+    from pickcli.stream_trials import stream_trials
+    from pickcli.stream_trials.stream_comparison import STREAMS
 
     for folder in (first, second):
         require_folder(folder)
     if first.samefile(second):
         raise InputError(f"{first} and {second} are one folder; name two different ones")
-    names, kinds = (str(first), str(second)), [are_commissions(each) for each in (first, second)]
-    if kinds[0] != kinds[1]:
-        ours, other = names if kinds[0] else reversed(names)
-        raise InputError(
-            f"{ours} has trials of commissions and {other} others, which have other figures; compare two "
-            "runs of one kind"
-        )
-    if kinds[0]:
-        records = read_commission_trials(first), read_commission_trials(second)
-        found = TrialComparison.of(names, *records, COMMISSIONS)
-    else:
-        found = TrialComparison.of(names, read_trials(first), read_trials(second))
+    names, read, compared = (str(first), str(second)), read_trials, ORDERS
+    for kind, figures in ((commission_trials.TRIALS, COMMISSIONS), (stream_trials.TRIALS, STREAMS)):
+        if _are_alike(kind, first, second):
+            read, compared = kind.read, figures
+    found = TrialComparison.of(names, read(first), read(second), compared)
     if as_json:
         emit_json(found.values())
         return
@@ -62,6 +59,18 @@ def command(first: Path, second: Path, as_json: bool) -> None:
     for name, n in zip(found.names, found.n_unpaired, strict=True):
         if n:
             click.echo(f"only in {name}: {n} trials, which are left out")
+
+
+def _are_alike(kind: TrialsKind, first: Path, second: Path) -> bool:
+    """Whether both folders have trials of a kind; False if none has. Raises InputError if only one has."""
+    ours = [folder for folder in (first, second) if kind.is_of(folder)]
+    if len(ours) == 1:
+        other = second if ours[0] is first else first
+        raise InputError(
+            f"{ours[0]} has trials of {kind.played} and {other} others, which have other figures; compare "
+            "two runs of one kind"
+        )
+    return bool(ours)
 
 
 def _row(each: FigureComparison) -> list[str]:

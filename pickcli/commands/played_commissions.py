@@ -14,44 +14,22 @@ from pickcli.commands.played_commission import (
     commission_cell,
     commission_conditions,
     commission_task,
-    is_commission,
 )
 from pickcli.commands.trial_options import TrialOptions, refuse_options_of_orders
 from pickcli.commands.trials_output import (
     TrialsFolder,
     cell_files,
     content_digest,
+    named_files,
     played_trials,
+    rate_line,
     stored_files,
 )
-from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.commission.commission_job import CommissionJob
 
 MOST_TOLD = 5  # causes and failed steps that are printed; the page lists more
-
-
-def are_all_commissions(paths: Sequence[Path]) -> bool:
-    """Tell whether paths name commissions.
-
-    Args:
-        paths: Files of orders or commissions, or names of them.
-
-    Returns:
-        True for commissions, False for what are none.
-
-    Raises:
-        InputError: Some are commissions, and others are not.
-    """
-    ours = [path for path in paths if is_commission(path)]
-    others = [path for path in paths if path not in ours]
-    if ours and others:
-        raise InputError(
-            f"{ours[0]} is a commission and {others[0]} is not: their figures cannot be summed up; play one "
-            "kind at a time"
-        )
-    return bool(ours)
 
 
 def play_commission_files(
@@ -71,7 +49,6 @@ def play_commission_files(
         UsageError: An option was stated that applies to orders only.
         InputError: A file cannot be read or written, two have one name, or the cell cannot do what they say.
     """
-    from pickcli.cell.data_path import task_file
     from pickcli.commission.commission_job import CommissionJob
     from pickcli.commission.commission_station import HAND
     from pickcli.commission.commission_trials import commission_summary
@@ -81,13 +58,7 @@ def play_commission_files(
 
     refuse_options_of_orders(OF_ORDERS, "commissions")
     conditions = commission_conditions(options, seeds[0])
-    files: dict[str, Path] = {}
-    for path in paths:
-        if path.stem in files:
-            raise InputError(
-                f"{path}: a second commission of the name {path.stem}; rename it, or name it once"
-            )
-        files[path.stem] = task_file(path)
+    files = named_files(paths, "commission")
     folder.refuse(files, seeds, *files.values(), people.path, *options.inputs)
     played = {name: commission_task(path, options) for name, path in files.items()}
     stored = [
@@ -126,8 +97,8 @@ def _lines(summary: Mapping[str, Any]) -> list[str]:
     """Format the most important results."""
     time, handling = summary["duration_s"], summary["handling_s"]
     return [
-        f"success: {_rate(summary['success'], 'commissions')}",
-        f"items in place: {_rate(summary['items_placed'], 'items')}",
+        f"success: {rate_line(summary['success'], 'commissions')}",
+        f"items in place: {rate_line(summary['items_placed'], 'items')}",
         f"time: {time['median']:.0f} s in the median, {time['max']:.0f} s at most; at the load "
         f"{handling['median']:.0f} s in the median, {handling['max']:.0f} s at most",
         ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in summary["totals"].items()),
@@ -146,10 +117,3 @@ def _people(people: Mapping[str, Any] | None) -> list[str]:
         f"people: {people['number']} came, {people['touched']} touched by the truck, {people['walked_in']} "
         f"walked into it; braked {braked['median']:.1f} s in the median, {braked['max']:.1f} s at most"
     ]
-
-
-def _rate(rate: dict[str, Any], what: str) -> str:
-    low, high = rate["interval"]
-    return (
-        f"{rate['successes']} of {rate['tries']} {what}, {rate['share']:.1%} (95 %: {low:.1%} to {high:.1%})"
-    )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -19,6 +20,7 @@ from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_optio
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
+    from pickcli.stream_trials.stream_job import StreamTask
     from pickcli.stream_trials.stream_result import StreamTrialResult
 
 FEW = 8  # reasons that are printed
@@ -104,32 +106,76 @@ def play_stream_file(
         InputError: A file cannot be read or written, or the cell has no place to bring items to.
         TrialAbortedError: Something collided, or a limit was broken.
     """
-    from pickcli.cell.cell_file import load_workcell
     from pickcli.cell.data_path import task_file
-    from pickcli.scene.scene import PoseNoise
-    from pickcli.simulation.reality import read_reality
-    from pickcli.stream_trials.belt_camera import BeltCamera
-    from pickcli.stream_trials.stream_arms import destination_of
     from pickcli.stream_trials.stream_folder import NAMES, write_stream_folder
     from pickcli.stream_trials.stream_record import stream_record
-    from pickcli.stream_trials.stream_rules import StreamRule
-    from pickcli.stream_trials.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
+    from pickcli.stream_trials.stream_trial import play_stream
     from pickcli.trial.trial_folder import refuse_existing_folder
 
-    refuse_options_of_orders(OF_ORDERS, "streams")
-    if options.perception == "camera" and is_stated("pose_noise"):
-        raise click.UsageError("--pose-noise: a camera has errors of its own; leave it out")
+    refuse_stated(options)
     path = task_file(path)
     refuse_existing_folder(folder, overwrite)
     for name in NAMES:
         refuse_reading(folder / name, path, *options.inputs)
-    is_named = is_stated("cell_name")
-    arms = ArmRequest(items=options.items_path)
-    content = path.read_bytes()
-    stream = StreamOptions(path, None).stream(options.cell_name if is_named else None, arms)
-    cells = options.cells(load_workcell(str(stream.cell.path), options.items_path))
-    for cell in cells:
-        destination_of(cell)  # refused before any work if the cell has none
+    each = stream_task(path, options, stream_rule)
+    request = replace(each.request, seed=seed)
+    with stage("trial"), progress("playing") as report:
+        played = play_stream(request, each.contexts, report)
+    result = played.result
+    record = stream_record(request, result, each.file_name, each.sha256)
+    cells = tuple(context.cell for context in each.contexts)
+    paths = write_stream_folder(folder, each.content, cells, played, record, overwrite, with_plans)
+    if as_json:
+        emit_json(record)
+    else:
+        click.echo("\n".join([*_lines(result, record), f"wrote {paths[-1]} and {len(paths) - 1} more"]))
+    if not result.is_clean:
+        counts = f"{result.n_collisions} collisions and {result.n_limit_violations} limit violations"
+        raise TrialAbortedError(f"{counts}; see trial.json")
+
+
+def refuse_stated(options: TrialOptions) -> None:
+    """Refuse, before any work, options that do not apply to streams, or not to how they are perceived.
+
+    Args:
+        options: The options of the command.
+
+    Raises:
+        UsageError: One of them was stated.
+    """
+    refuse_options_of_orders(OF_ORDERS, "streams")
+    if options.perception == "camera" and is_stated("pose_noise"):
+        raise click.UsageError("--pose-noise: a camera has errors of its own; leave it out")
+
+
+def stream_task(
+    path: Path, options: TrialOptions, stream_rule: str, loaded: Iterable[StreamTask] = ()
+) -> StreamTask:
+    """Read a stream, and load all that its trials are played with.
+
+    Args:
+        path: File of the stream.
+        options: The options of the command.
+        stream_rule: Name of the rule by which items are met.
+        loaded: Streams that are loaded; with one of the same cell, its cell is not loaded again.
+
+    Returns:
+        The stream in its cell.
+
+    Raises:
+        InputError: A file cannot be read, or the cell has no place to bring items to.
+    """
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.scene.scene import PoseNoise
+    from pickcli.simulation.reality import read_reality
+    from pickcli.stream_trials.belt_camera import BeltCamera
+    from pickcli.stream_trials.stream_arms import destination_of
+    from pickcli.stream_trials.stream_job import StreamTask
+    from pickcli.stream_trials.stream_rules import StreamRule
+    from pickcli.stream_trials.stream_trial import SPEED_ERROR, StreamTrialRequest
+
+    named, content = options.cell_name if is_stated("cell_name") else None, path.read_bytes()
+    stream = StreamOptions(path, None).stream(named, ArmRequest(items=options.items_path))
     is_exact = options.perception == "truth"
     request = StreamTrialRequest(
         stream,
@@ -138,21 +184,15 @@ def play_stream_file(
         BeltCamera() if options.perception == "camera" else None,
         read_reality(options.reality_path),
         StreamRule(stream_rule),
-        seed,
     )
-    contexts = options.planning_contexts(cells)
-    with stage("trial"), progress("playing") as report:
-        played = play_stream(request, contexts, report)
-    result = played.result
-    record = stream_record(request, result, path.name, hashlib.sha256(content).hexdigest())
-    paths = write_stream_folder(folder, content, tuple(cells), played, record, overwrite, with_plans)
-    if as_json:
-        emit_json(record)
-    else:
-        click.echo("\n".join([*_lines(result, record), f"wrote {paths[-1]} and {len(paths) - 1} more"]))
-    if not result.is_clean:
-        counts = f"{result.n_collisions} collisions and {result.n_limit_violations} limit violations"
-        raise TrialAbortedError(f"{counts}; see trial.json")
+    alike = (each.contexts for each in loaded if each.request.stream.cell.path == stream.cell.path)
+    contexts = next(alike, None)
+    if contexts is None:
+        cells = options.cells(load_workcell(str(stream.cell.path), options.items_path))
+        for cell in cells:
+            destination_of(cell)  # refused before any work if the cell has none
+        contexts = tuple(options.planning_contexts(cells))
+    return StreamTask(request, path.name, content, hashlib.sha256(content).hexdigest(), contexts)
 
 
 def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:

@@ -13,10 +13,14 @@ from pickcli.commands.command import Command
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
 from pickcli.commands.people_options import PeopleOptions, people_options, refuse_people
-from pickcli.commands.played_commissions import are_all_commissions, play_commission_files
+from pickcli.commands.played_commission import is_commission
+from pickcli.commands.played_commissions import play_commission_files
+from pickcli.commands.played_stream import is_stream, refuse_stream_rule, stream_rule_option
+from pickcli.commands.played_streams import play_stream_files
 from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.commands.trials_output import (
     TrialsFolder,
+    are_all,
     cell_files,
     content_digest,
     played_trials,
@@ -77,13 +81,14 @@ def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value:
     "--overwrite", is_flag=True,
     help="Replace trials.json, trials.html and the files of trials in a folder that exists.",
 )  # fmt: skip
+@stream_rule_option
 @people_options
 @trial_options
 @scheduler_option
 @json_option
 def command(
     order_paths: tuple[Path, ...], seeds: tuple[int, ...], output: Path, overwrite: bool,
-    people: PeopleOptions, options: TrialOptions, scheduler: str | None, as_json: bool,
+    stream_rule: str, people: PeopleOptions, options: TrialOptions, scheduler: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Play orders with many seeds, and report the distribution of scores.
 
@@ -91,7 +96,9 @@ def command(
     writes its files to OUTPUT/ORDER-SEED. Statistics of all trials are written to trials.json and
     trials.html: scores, success by item and place with 95 % intervals, causes of failure, times. Instead
     of orders these may be commissions (docs/formats/commission.md): how often the whole chain succeeds, its
-    times, and the steps that fail. An interrupted run continues when the same command is given again.
+    times, and the steps that fail; or streams on a conveyor (docs/formats/stream.md): what is delivered of
+    what comes, how well it is met, and why the rest is not. An interrupted run continues when the same
+    command is given again.
 
     \b
     Example:
@@ -102,10 +109,15 @@ def command(
     from pickcli.trial.order_file import order_file
 
     folder = TrialsFolder(output, overwrite, scheduler, as_json)
-    if are_all_commissions(order_paths):
+    if are_all(order_paths, is_commission, "a commission"):
+        refuse_stream_rule()
         play_commission_files(order_paths, seeds, folder, options, people)
         return
     refuse_people()
+    if are_all(order_paths, is_stream, "a stream"):
+        play_stream_files(order_paths, seeds, folder, options, stream_rule)
+        return
+    refuse_stream_rule()
     workcell = load_workcell(options.cell_name, options.items_path)
     reality = read_reality(options.reality_path)
     cells = options.cells(workcell)

@@ -261,13 +261,17 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
 
 
 def _trials(folder: Path) -> PageDocument:
-    from pickcli.commission.commission_trials import are_commissions, read_commission_trials
+    from pickcli.commission import commission_trials
     from pickcli.monte_carlo.trials_folder import read_trials
     from pickcli.page.commission_trials_page import commission_trials_page
+    from pickcli.page.stream_trials_page import stream_trials_page
     from pickcli.page.trials_page import trials_page
+    from pickcli.stream_trials import stream_trials
 
-    if are_commissions(folder):
-        return commission_trials_page(read_commission_trials(folder))
+    if commission_trials.TRIALS.is_of(folder):
+        return commission_trials_page(commission_trials.TRIALS.read(folder))
+    if stream_trials.TRIALS.is_of(folder):
+        return stream_trials_page(stream_trials.TRIALS.read(folder))
     return trials_page(read_trials(folder))
 
 

@@ -14,6 +14,7 @@ import click
 from pickcli.commands.building import building
 from pickcli.commands.command import emit_json
 from pickcli.commands.options import refuse_reading
+from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -68,6 +69,69 @@ class TrialsFolder:
             emit_json({"path": str(self.path), **report.summary})
             return
         click.echo("\n".join([*lines, *(f"wrote {self.path / name}" for name in (SUMMARY, PAGE))]))
+
+
+def are_all(paths: Sequence[Path], is_of: Callable[[Path], bool], kind: str) -> bool:
+    """Tell whether files are of one kind, or none is.
+
+    Args:
+        paths: Files of what is played, or names of them.
+        is_of: Whether a file is of the kind.
+        kind: The kind, as ``a commission``, for messages.
+
+    Returns:
+        True for files of the kind, False for what are none.
+
+    Raises:
+        InputError: Some are of the kind, and others are not.
+    """
+    ours = [path for path in paths if is_of(path)]
+    others = [path for path in paths if path not in ours]
+    if ours and others:
+        raise InputError(
+            f"{ours[0]} is {kind} and {others[0]} is not: their figures cannot be summed up; play one kind "
+            "at a time"
+        )
+    return bool(ours)
+
+
+def named_files(paths: Sequence[Path], kind: str) -> dict[str, Path]:
+    """Return the files of what is played.
+
+    Args:
+        paths: Their paths, or their names under data/tasks.
+        kind: What they are, as ``commission``, for messages.
+
+    Returns:
+        The files, by name without suffix.
+
+    Raises:
+        InputError: Two have one name.
+    """
+    from pickcli.cell.data_path import task_file
+
+    files: dict[str, Path] = {}
+    for path in paths:
+        if path.stem in files:
+            raise InputError(f"{path}: a second {kind} of the name {path.stem}; rename it, or name it once")
+        files[path.stem] = task_file(path)
+    return files
+
+
+def rate_line(rate: Mapping[str, Any], what: str) -> str:
+    """Format a rate with its interval.
+
+    Args:
+        rate: The rate, as in ``trials.json``.
+        what: What was tried, in the plural.
+
+    Returns:
+        The text.
+    """
+    low, high = rate["interval"]
+    return (
+        f"{rate['successes']} of {rate['tries']} {what}, {rate['share']:.1%} (95 %: {low:.1%} to {high:.1%})"
+    )
 
 
 def played_trials(

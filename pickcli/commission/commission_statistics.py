@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from textwrap import shorten
 from typing import Any
 
 from pickcli.monte_carlo.success_rate import SuccessRate
-from pickcli.monte_carlo.trial_statistics import MAX_CAUSE, rate_values, spread
+from pickcli.monte_carlo.trial_statistics import counted_causes, rate_values, spread
 
 TOTALS = ("collisions", "limit_violations", "stops")
 PEOPLE = ("number", "brake_requests", "touched", "walked_in")  # of watched drives, which are summed up
-_FIGURE = re.compile(r"[-+]?\d+(?:\.\d+)?")
 
 Record = Mapping[str, Any]  # content of a trial.json
 
@@ -70,7 +67,7 @@ class CommissionStatistics:
     @property
     def failed_steps(self) -> list[tuple[int, str]]:
         """Number of failed steps by action and reason without figures; the most frequent first."""
-        return _counted(
+        return counted_causes(
             f"{step['action']}: {step['reason'] or 'no reason given'}"
             for record in self.records.values()
             for step in record["steps"]
@@ -80,7 +77,8 @@ class CommissionStatistics:
     @property
     def causes(self) -> list[tuple[int, str]]:
         """Number of trials without success by why, without figures; the most frequent first."""
-        return _counted(why_no_success(record) for record in self.records.values() if not record["success"])
+        missed = (record for record in self.records.values() if not record["success"])
+        return counted_causes(why_no_success(record) for record in missed)
 
     @property
     def durations(self) -> list[float]:
@@ -160,11 +158,6 @@ def why_no_success(record: Record) -> str:
         told.append("the pallet was not delivered")
     told += [key.replace("_", " ") for key in ("collisions", "limit_violations") if record[key]]
     return ", ".join(told)
-
-
-def _counted(told: Iterator[str]) -> list[tuple[int, str]]:
-    counts = Counter(shorten(_FIGURE.sub("…", each), MAX_CAUSE, placeholder=" ...") for each in told)
-    return [(n, each) for each, n in counts.most_common()]
 
 
 def _placed(items: list[Record]) -> SuccessRate:

@@ -69,16 +69,9 @@ class TrialStatistics:
     @property
     def causes(self) -> list[tuple[int, str]]:
         """Number of missed targets by cause without figures; the most frequent first."""
-        counts = Counter(
-            shorten(
-                f"{t['outcome']}: {_FIGURE.sub('…', t['reason']) or 'no reason given'}",
-                MAX_CAUSE,
-                placeholder=" ...",
-            )
-            for t in self.targets
-            if t["points"] <= 0
+        return counted_causes(
+            f"{t['outcome']}: {t['reason'] or 'no reason given'}" for t in self.targets if t["points"] <= 0
         )
-        return [(n, cause) for cause, n in counts.most_common()]
 
     @property
     def failed_in(self) -> dict[str, int]:
@@ -166,6 +159,19 @@ def score_share(record: Record) -> float:
         The share; below 0 if penalties outweigh the points.
     """
     return float(record["score"]) / max(1.0, float(record["max_score"]))
+
+
+def counted_causes(told: Iterable[str]) -> list[tuple[int, str]]:
+    """Count causes of failure, without the figures in them.
+
+    Args:
+        told: Causes, as often as they came.
+
+    Returns:
+        Number and cause, shortened; the most frequent first.
+    """
+    counts = Counter(shorten(_FIGURE.sub("…", each), MAX_CAUSE, placeholder=" ...") for each in told)
+    return [(n, cause) for cause, n in counts.most_common()]
 
 
 def spread(values: Iterable[float]) -> dict[str, Any]:

@@ -7,7 +7,8 @@ Read in this order:
   `path_clearance` and `failure_marks`.
 - One module for each kind of page: `scene_page`, `plan_page`, `picture_page`, `trial_page` (with
   `trial_clearance` and `look_pictures`), `trials_page`, `grasps_page`, `envelope_page`, `pallet_page`,
-  `pallet_trial_page`, `stream_trial_page`, `commission_page` and `commission_trials_page`.
+  `pallet_trial_page`, `stream_trial_page`, `commission_page`, `commission_trials_page` and
+  `stream_trials_page`.
 - Output: `html_page`, which combines the document, the app (readable sources in the folder app) and three.js
   (in the folder vendor, with its licence) in one file; `live_page`, which serves the page of a running trial.
 """

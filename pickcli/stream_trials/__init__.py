@@ -4,4 +4,7 @@
 items is exact, or a `belt_perception` by a `belt_camera`. A `meeting_watch` measures each pick, a
 `stream_result` says what became of the items; `stream_record` is what its file says, beside others in a
 `stream_folder`.
+
+Many trials are a `stream_job`, whose `stream_trials` are summed up by `stream_statistics`; a
+`stream_comparison` says what two runs are compared by.
 """

@@ -20,7 +20,7 @@ COUNTS = "presented", "attempted", "delivered", "collisions", "limit_violations"
 KEYS = frozenset(
     (*COUNTS, "speed_m_s", "duration_s", "delivered_per_minute", "slip_m_s", "offset_m", "items")
 )
-RECORDS = RecordKind("a stream", "apc-stream-trial", 2, KEYS)
+RECORDS = RecordKind("a stream", "apc-stream-trial", 3, KEYS)
 
 
 def stream_record(

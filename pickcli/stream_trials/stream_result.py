@@ -130,20 +130,28 @@ class StreamTrialResult:
             "speed_m_s": self.speed,
             "duration_s": self.t_end,
             "delivered_per_minute": 60.0 * delivered / self.t_end if self.t_end > 0.0 else 0.0,
-            "slip_m_s": _spread([each.slip for each in met]),
-            "offset_m": _spread([each.offset for each in met]),
-            "late_s": _spread([each.late for each in met]),
+            "slip_m_s": percentiles([each.slip for each in met]),
+            "offset_m": percentiles([each.offset for each in met]),
+            "late_s": percentiles([each.late for each in met]),
             **({"attempted_by": by_arm} if (by_arm := self._attempted_by_arm()) else {}),
             "items": [{**asdict(each), "outcome": str(each.outcome)} for each in self.items],
             "statistics": {
-                "planning_ms": _spread(self.planning_ms),
-                "refusing_ms": _spread(self.refusing_ms),
+                "planning_ms": percentiles(self.planning_ms),
+                "refusing_ms": percentiles(self.refusing_ms),
+                "queries": {"planned_ms": list(self.planning_ms), "refused_ms": list(self.refusing_ms)},
             },
         }
 
 
-def _spread(values: Sequence[float]) -> dict[str, float] | None:
-    """Median, 95th and 99th percentile and the largest of values; None without any."""
+def percentiles(values: Sequence[float]) -> dict[str, float] | None:
+    """Describe the distribution of values by what is typical, rare and worst.
+
+    Args:
+        values: Any number of values.
+
+    Returns:
+        ``median``, ``p95``, ``p99`` and ``worst``; None without values.
+    """
     if not values:
         return None
     median, p95, p99 = np.percentile(values, [50.0, 95.0, 99.0]).tolist()

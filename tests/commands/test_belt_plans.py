@@ -144,7 +144,7 @@ def test_a_stream_is_played(tmp_path: Path) -> None:
     record = json.loads((out / "trial.json").read_text())
     assert (record["presented"], record["delivered"], record["collisions"]) == (1, 1, 0)
     made = record["made_from"]
-    assert (made["format"], made["version"], made["seed"]) == ("apc-stream-trial", 2, 0)
+    assert (made["format"], made["version"], made["seed"]) == ("apc-stream-trial", 3, 0)
     assert made["stream_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
     assert sorted(each.name for each in out.iterdir()) == ["motion.json.gz", "stream.json", "trial.json"]
     refused(apc("run-trial", path, "-o", out), 3, "exists already")

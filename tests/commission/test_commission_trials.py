@@ -12,11 +12,7 @@ import pytest
 from pickcli.commission.commission_comparison import COMMISSIONS
 from pickcli.commission.commission_job import CommissionJob
 from pickcli.commission.commission_statistics import CommissionStatistics, why_no_success
-from pickcli.commission.commission_trials import (
-    are_commissions,
-    commission_summary,
-    read_commission_trials,
-)
+from pickcli.commission.commission_trials import TRIALS, commission_summary
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, RunOptions
 from pickcli.monte_carlo.trial_comparison import TrialComparison
@@ -133,8 +129,8 @@ def test_kinds_are_never_mixed(tmp_path: Path) -> None:
     orders = write_scripted_trials(tmp_path / "orders", "o", range(3), 0.0)
     refused(apc("compare-trials", ours, orders), 3, f"{ours} has trials of commissions and {orders} others")
     refused(apc("compare-trials", orders, ours), 3, f"{ours} has trials of commissions and {orders} others")
-    assert are_commissions(ours) and not are_commissions(orders)
-    assert list(read_commission_trials(ours)) == ["a-0", "a-1", "a-2"]
+    assert TRIALS.is_of(ours) and not TRIALS.is_of(orders)
+    assert list(TRIALS.read(ours)) == ["a-0", "a-1", "a-2"]
     write_scripted_trials(tmp_path / "ours", "z", range(1), 0.0)
     for command in (("show", ours, "-o", tmp_path / "x.html"), ("compare-trials", ours, orders)):
         refused(apc(*command), 3, "has trials of commissions (a-0) and others (z-0)", "a folder of its own")

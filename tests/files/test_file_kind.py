@@ -57,7 +57,7 @@ BEGINNINGS = [
     (b'{"format": "apc perceived", "version": 1}', PERCEIVED),
     (b'{"format": "apc tote", "version": 1}', TOTE),
     (b'{"format": "apc stream", "version": 1}', STREAM),
-    (b'{"presented": 3, "made_from": {"format": "apc-stream-trial", "version": 2}}', TRIAL),
+    (b'{"presented": 3, "made_from": {"format": "apc-stream-trial", "version": 3}}', TRIAL),
     (b"format: apc strategy\nversion: 1\n", STRATEGY),
     (b"format: apc stack\nversion: 1\n", STACK),
     (b"format: apc pallet\nversion: 1\n", PALLET),

@@ -1,0 +1,62 @@
+"""Kinds of trials that a folder of many may hold: which one it holds, and what it has of each trial."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pickcli.errors import InputError
+from pickcli.monte_carlo.trials_folder import RECORD, require_folder
+from pickcli.trial.record_kind import RecordKind
+
+
+@dataclass(frozen=True)
+class TrialsKind:
+    """Folders with trials of one kind.
+
+    Attributes:
+        played: What is played, in the plural, for messages.
+        records: Kind of the records of its trials.
+    """
+
+    played: str
+    records: RecordKind
+
+    def is_of(self, folder: Path) -> bool:
+        """Tell whether the trials in a folder are of this kind.
+
+        Args:
+            folder: A folder with one folder per trial.
+
+        Returns:
+            Whether they are; False without any trial.
+
+        Raises:
+            InputError: It is no folder, a record cannot be read, or there are trials of this kind and others.
+        """
+        require_folder(folder)
+        paths = sorted(folder.glob(f"*/{RECORD}"))
+        ours = [path for path in paths if self.records.is_of(path)]
+        if ours and len(ours) < len(paths):
+            other = next(path for path in paths if path not in ours)
+            raise InputError(
+                f"{folder}: has trials of {self.played} ({ours[0].parent.name}) and others "
+                f"({other.parent.name}), which have other figures; keep each kind in a folder of its own"
+            )
+        return bool(ours)
+
+    def read(self, folder: Path) -> dict[str, dict[str, Any]]:
+        """Read the records of all trials in a folder of this kind.
+
+        Args:
+            folder: The folder, of which ``is_of`` is true.
+
+        Returns:
+            Content of each ``trial.json``, by the name of its folder, sorted.
+
+        Raises:
+            InputError: A record cannot be read.
+            StaleError: It has another version of the format.
+        """
+        return {path.parent.name: self.records.read(path) for path in sorted(folder.glob(f"*/{RECORD}"))}
