@@ -17,7 +17,7 @@ from pickcli.commands.command import emit_json
 from pickcli.commands.configuration_option import parse_start, start_option
 from pickcli.commands.experience_session import ExperienceSession, experience_session, learn_option
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, FiniteRange
+from pickcli.commands.option_types import PATH, FiniteRange, NumberType
 from pickcli.commands.options import (
     approach_option,
     drop_from_option,
@@ -30,6 +30,7 @@ from pickcli.commands.options import (
 from pickcli.commands.plan_verification import certified
 from pickcli.commands.report import plan_summary, plan_text
 from pickcli.commands.scene_options import refuse_held, scene_or_empty
+from pickcli.commands.trial_options import is_stated
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
+USUAL, ARA_STAR = "usual", ("ara-star", "ARA*")  # the latter as apc compare-planners has it
 
 
 @dataclass(frozen=True)
@@ -198,10 +200,14 @@ class RecordedPickOptions(PickOptions):
     Attributes:
         grasps_path: File of recorded grasps; None if grasps come from elsewhere.
         upright: Degrees, the most that the held item is tilted; None for any.
+        planner: What plans the transit to the grasps.
+        expansions: Most expansions of ARA*.
     """
 
     grasps_path: Path | None
     upright: float | None
+    planner: str
+    expansions: int
 
     def _context(self, cell: Cell) -> PlanningContext:
         from dataclasses import replace
@@ -211,17 +217,27 @@ class RecordedPickOptions(PickOptions):
         upright = None if self.upright is None else math.radians(self.upright)
         recorded = None if self.grasps_path is None else read_recorded_grasps(self.grasps_path, cell)
         context = super()._context(cell).keeping_upright(upright)
+        context = context.with_lattice_transits(self.expansions if self.planner in ARA_STAR else None)
         return context if recorded is None else replace(context, recorded=recorded)
 
-    def refuse_two_sources(self) -> None:
-        """Refuse recorded grasps beside another source of grasps, and a plan in their place.
+    def refuse_contradictions(self) -> None:
+        """Refuse options that exclude each other, and a plan in place of the file of grasps.
 
         Raises:
-            UsageError: Both are named.
+            UsageError: Grasps come from two sources, or an option is stated that another planner has.
             InputError: The plan would replace the file of grasps.
         """
         from pickcli.planning.pick_settings import GraspApproach
 
+        if self.planner in ARA_STAR:
+            stated = [f"--{name}" for name in ("roadmap", "trajectories", "learn") if is_stated(name)]
+            if stated:
+                raise click.UsageError(
+                    f"{' and '.join(stated)}: --planner {self.planner} plans without stored motions, and "
+                    "learns none; leave it out"
+                )
+        elif is_stated("expansions"):
+            raise click.UsageError(f"--expansions: are those of ARA*; add --planner {ARA_STAR[0]}")
         if self.grasps_path is None:
             return
         if self.approach != GraspApproach.LINES:
@@ -256,7 +272,7 @@ def pick_options(function: F) -> F:
 
 
 def recorded_pick_options(function: F) -> F:
-    """Give a command the options of ``pick_options``, --grasps FILE and --upright DEG.
+    """Give a command the options of ``pick_options``, --grasps, --upright, --planner and --expansions.
 
     Args:
         function: The command.
@@ -268,6 +284,16 @@ def recorded_pick_options(function: F) -> F:
         "--upright", type=FiniteRange(0.0, 90.0, min_open=True), metavar="DEG",
         help="Tilt the held item by no more than this, from how it stands when it is taken.  [default: any]",
     )(_pick_options(RecordedPickOptions)(function))  # fmt: skip
+    function = click.option(
+        "--expansions", type=NumberType(1, 1_000_000), default=300, show_default=True,
+        help="Maximum expansions of ARA* for one transit.",
+    )(function)  # fmt: skip
+    function = click.option(
+        "--planner", type=click.Choice([USUAL, *ARA_STAR], case_sensitive=False), default=USUAL,
+        show_default=True,
+        help="What plans the transit to the grasps: stored motions, the roadmap and RRT-Connect; or ARA* on "
+             "a lattice of hand poses, with a proven bound on its cost (the PR2 at its conveyor, 2013).",
+    )(function)  # fmt: skip
     return click.option(
         "--grasps", "grasps_path", type=PATH, metavar="FILE",
         help="Choose from recorded grasps alone (see apc record-grasp).",

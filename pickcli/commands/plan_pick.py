@@ -10,6 +10,7 @@ from pickcli.commands.command import Command
 from pickcli.commands.option_types import RenamedOption
 from pickcli.commands.pick_request import plan_requested
 from pickcli.commands.plan_options import RecordedPickOptions, recorded_pick_options
+from pickcli.commands.played_stream import refuse_stream_rule, stream_rule_option
 from pickcli.commands.scene_options import scene_or_cell_options
 from pickcli.commands.stated_pick import destination, refuse_impossible
 from pickcli.commands.stream_options import StreamOptions, plan_from_stream, stream_options
@@ -37,10 +38,11 @@ MINUTE_PLACE = 5.0  # mm of each coordinate, below which metres were probably me
               default="avoid", show_default=True,
               help="avoid other items in the place (Delft), push them aside on the way out of an open "
                    "box, or ignore them (KTH).")  # fmt: skip
+@stream_rule_option
 @recorded_pick_options
 def command(
     bin_name: str | None, item: str | None, pick: str | None, into: str | None, at: str | None,
-    neighbours: str, request: StreamOptions, options: RecordedPickOptions,
+    neighbours: str, request: StreamOptions, stream_rule: str, options: RecordedPickOptions,
 ) -> None:  # fmt: skip
     """Plan one pick: take an item, and bring it to the tote or to another place.
 
@@ -49,25 +51,29 @@ def command(
     tried. Exit code 5 when there is no plan, with every reason; nothing is written then.
 
     From a running conveyor, name a stream and its time instead of a scene: the item is met at the earliest
-    time at which the arm can be there, or the reasons say why never.
+    time at which the arm can be there, or the reasons say why never. By --stream-rule pr2-2013 it is met at
+    one place, by the first arm that has a plan; with --planner ara-star the transit to the pregrasp is
+    planned as the PR2 did it.
 
     \b
     Example:
       apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box -o plan.json
       apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box --into bin_F -o aside.json
       apc plan-pick --stream stream.json --item crayola_24_ct --now 1.5 -o belt.json
+      apc plan-pick --stream stream.json --item crayola_24_ct --planner ara-star --expansions 500 -o belt.json
     """
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours
 
     request.refuse_scene(options.scene_path)
-    options.refuse_two_sources()
+    options.refuse_contradictions()
     if request.stream_path is not None:
         is_of_scene = bin_name is not None or pick is not None or at is not None
         if is_of_scene or neighbours != Neighbours.AVOID:
             raise click.UsageError("--bin, --at and --neighbours are for scenes; leave them out")
-        plan_from_stream(request, item, into, options)
+        plan_from_stream(request, item, into, stream_rule, options)
         return
+    refuse_stream_rule()
     if options.scene_path is None:
         raise click.UsageError("name a scene with --scene, or items on a conveyor with --stream")
     scene = options.scene()

@@ -160,10 +160,11 @@ def plan_text(plan: Plan, path: Path) -> str:
                 *(f"\n  meanwhile arm {state.arm} stands at {state}" for state in plan.others),
             ]
         )
-    times = ", ".join(f"{name.removesuffix('_ms')} {ms:.0f} ms" for name, ms in plan.statistics.items())
+    wall = {name: ms for name, ms in plan.statistics.items() if name.endswith("_ms")}
+    times = ", ".join(f"{name.removesuffix('_ms')} {ms:.0f} ms" for name, ms in wall.items())
     return "\n".join(
         [f"{plan.query}: {plan.trajectory.duration:.2f} s{slow}", f"  {how}", f"  {trust}", *_timetable(plan),
-         f"  took: {times}", f"  wrote {path}"]
+         *_searched(plan), f"  took: {times}", f"  wrote {path}"]
     )  # fmt: skip
 
 
@@ -173,6 +174,18 @@ def _tool(plan: Plan) -> str:
     return (
         f"tool {', then '.join(state for i, state in enumerate(states) if i == 0 or state != states[i - 1])}"
     )
+
+
+def _searched(plan: Plan) -> list[str]:
+    """Format what a search with a bound knows of the transit, if one planned it."""
+    found = plan.statistics
+    if "transit_cost_bound" not in found:
+        return []
+    return [
+        f"  transit by ARA*: costs {found['transit_cost_m']:.3f} m, proven to be at most "
+        f"{found['transit_cost_bound']:.3f} times the least on the lattice, "
+        f"{found['transit_expansions']:.0f} expansions"
+    ]
 
 
 def _timetable(plan: Plan) -> list[str]:

@@ -165,26 +165,29 @@ def stream_options(function: F) -> F:
 
 
 def plan_from_stream(
-    request: StreamOptions, item: str | None, into: str | None, options: PlanOptions
+    request: StreamOptions, item: str | None, into: str | None, stream_rule: str, options: PlanOptions
 ) -> None:
     """Plan the pick of an item that rides on a conveyor, and write the plan.
 
-    Of several arms, if none is named, the one does it whose plan ends first.
+    Of several arms, if none is named, the one does it whose plan ends first; by the rules of 2013 the first
+    one that has a plan.
 
     Args:
         request: The stream and its time.
         item: Id of the item; None if not stated.
         into: Destination; None for the tote.
+        stream_rule: Name of the rule by which the item is met.
         options: The options of the command.
 
     Raises:
-        UsageError: No item is named.
+        UsageError: No item is named, or an option has no meaning for the belt.
         NoPlanError: The item cannot be met, with every reason.
     """
     from pickcli.commands.stated_pick import destination
     from pickcli.errors import NoPlanError, UnknownNameError
     from pickcli.planning.belt_picks.belt_query import InterceptQuery
     from pickcli.planning.belt_picks.intercept import plan_intercept
+    from pickcli.stream_trials.stream_rules import StreamRule
 
     if item is None:
         raise click.UsageError("name the item by its id in the stream, with --item")
@@ -201,19 +204,25 @@ def plan_from_stream(
         )
     stream = stream.presenting(item)
     scene = stream.scene_at(now)
-    query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))
+    rule, query = (
+        StreamRule(stream_rule),
+        InterceptQuery(item, now, destination(scene, into, stream.conveyor)),
+    )
     plans: list[tuple[Plan, Scene]] = []
     failed: list[tuple[str, NoPlanError]] = []
     for seen in (scene, *seen_by_others(scene, options.arms())):
         riding, start = replace(stream, cell=seen.cell), options.begin(seen)
         with options.session(seen.cell) as session:
             certify = None if options.no_verify else timed_certifier(seen)
+            met = replace(query, meet_at=rule.meeting_place(session.context, riding.carrier))
             try:
-                plan = plan_intercept(session.context, riding, query, start, options.seed, certify)
+                plan = plan_intercept(session.context, riding, met, start, options.seed, certify)
             except NoPlanError as error:
                 failed.append((f"arm {seen.cell.arm}", error))
             else:
                 plans.append((plan, seen))
+                if rule is StreamRule.PR2_2013:
+                    break
     if not plans and len(failed) == 1:
         raise failed[0][1]
     if not plans:

@@ -63,6 +63,28 @@ class LatticePlan:
         """The proven bound: the least cost on the lattice is at least the cost over this."""
         return self.found[-1].cost_bound
 
+    @property
+    def figures(self) -> dict[str, float]:
+        """What the search knows of the path: its cost in m, the bound, and its expansions, by name."""
+        return {
+            "transit_cost_m": self.cost,
+            "transit_cost_bound": self.cost_bound,
+            "transit_expansions": float(self.n_expanded),
+        }
+
+
+def why_no_lattice(n_joints: int) -> str:
+    """Say why there is no lattice of hand poses for an arm.
+
+    Args:
+        n_joints: Number of its joints.
+
+    Returns:
+        One clause; empty if there is one.
+    """
+    few = f"a lattice of hand poses needs an arm with {POSE_SIZE} joints at least, not {n_joints}"
+    return few if n_joints < POSE_SIZE else ""
+
 
 def plan_on_lattice(
     arm: Arm,
@@ -86,10 +108,8 @@ def plan_on_lattice(
     Raises:
         InputError: The arm has fewer joints than a pose needs, or no goal is given.
     """
-    if arm.n < POSE_SIZE:
-        raise InputError(
-            f"a lattice of hand poses needs an arm with {POSE_SIZE} joints at least, not {arm.n}"
-        )
+    if few := why_no_lattice(arm.n):
+        raise InputError(few)
     if len(goals.T_world_tip) == 0:
         raise InputError("no goal is given")
     settings = settings or LatticePlannerSettings()

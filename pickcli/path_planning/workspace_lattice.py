@@ -59,10 +59,12 @@ class HandGoals:
     Attributes:
         T_world_tip: (G, 4, 4) poses of the tool frame.
         configurations: (G, n) in which they are to be reached; None for any.
+        in_any_turn: Whether joints without limits may be any number of turns from there.
     """
 
     T_world_tip: Array
     configurations: Array | None = None
+    in_any_turn: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,6 +313,6 @@ class WorkspaceLattice:
 
     def _in_goal(self, g: int, q: Array) -> Array | None:
         """Return a configuration (n,) in a goal, reached from another one without turning round."""
-        if self._goals.configurations is not None:
-            return unwound_towards(self._arm.limits, self._goals.configurations[g], q)
+        if (Q := self._goals.configurations) is not None:
+            return unwound_towards(self._arm.limits, Q[g], q) if self._goals.in_any_turn else Q[g]
         return self._arm.solve_near(self._goals.T_world_tip[g], self._checker.tool_state, q)

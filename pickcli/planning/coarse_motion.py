@@ -14,9 +14,18 @@ import numpy as np
 
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode, MotionSegment
-from pickcli.errors import Failures, NoPlanError
+from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind, SegmentLimits
+from pickcli.path_planning.ara_star import AraStarSettings
+from pickcli.path_planning.lattice_planner import (
+    LatticePlan,
+    LatticePlannerSettings,
+    plan_on_lattice,
+    shortcut_once,
+)
+from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.path_planning.workspace_lattice import HandGoals
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.roadmap.connection import PlanningProblem, QueryOptions
 from pickcli.roadmap.query import RouteSource, query
@@ -34,8 +43,9 @@ class CoarsePath:
         waypoints: (N, n) configurations.
         goal: Index into the given goals.
         duration: s, estimated.
-        source: Its origin: "straight edge", "database", "roadmap" or "planner".
+        source: Its origin: "straight edge", "database", "roadmap", "planner" or "lattice".
         experience: New experience of the search for it; empty if there was no search.
+        searched: What ARA* found on the lattice of hand poses, before its shortcuts; None of others.
     """
 
     waypoints: Array
@@ -43,6 +53,7 @@ class CoarsePath:
     duration: float
     source: str
     experience: tuple[QueryExperience, ...] = ()
+    searched: LatticePlan | None = None
 
     def segment(self, kind: SegmentKind, mode: Mode) -> MotionSegment:
         """Make a segment of the path.
@@ -99,6 +110,37 @@ def plan_coarse(
     is_new = route.source not in (RouteSource.STRAIGHT, RouteSource.DATABASE)
     experience = (QueryExperience(q_start, goals[route.goal], payload, route.new),) if is_new else ()
     return CoarsePath(route.path.waypoints, route.goal, route.duration, str(route.source), experience)
+
+
+def plan_on_hand_lattice(
+    context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array, most: int, where: str
+) -> CoarsePath | Failures:
+    """Find a motion of the empty tool to any of several goals by ARA*, with a proven bound on its cost.
+
+    The planner of the PR2 system of 2013 (Cowley et al., IV-B): all goals are one set, the cost is the length
+    of the path of the hand, and one pass of shortcuts follows. Nothing is random.
+
+    Args:
+        context: The cell and its models.
+        checker: Checker that proves the motion.
+        q_start: (n,) configuration at the start.
+        goals: (G, n) configurations.
+        most: Most expansions.
+        where: Name of the motion in reasons.
+
+    Returns:
+        The motion, or the reason for failure.
+    """
+    if not checker.is_valid(q_start):
+        return Failures.of(checker.explain(q_start).at(where))
+    poses = HandGoals(context.arm.tips(goals, checker.tool_state), goals, in_any_turn=False)
+    settings = LatticePlannerSettings(AraStarSettings(max_expansions=most))
+    found = plan_on_lattice(context.arm, checker, q_start, poses, settings)
+    if found is None:
+        return Failures.of(Reason("no path", where, f"ARA* found none in {most} expansions"))
+    path = shortcut_once(checker, context.space, found.path)
+    duration = estimated_duration(context.space, path.waypoints)
+    return CoarsePath(path.waypoints, found.goal, duration, "lattice", searched=found)
 
 
 def _precomputed(

@@ -133,6 +133,7 @@ def _candidates(
                 coarse_ms=1e3 * (carried - grasped - elsewhere),
                 timing_ms=1e3 * (time.perf_counter() - carried),
                 planning_ms=1e3 * (time.perf_counter() - began - elsewhere),
+                **reached.figures,
             )
         done = time.perf_counter()
         yield plan

@@ -14,6 +14,7 @@ from pickcli.geometry import Array
 from pickcli.grasping.grasp_method import GraspModes
 from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Grasp
+from pickcli.path_planning.lattice_planner import LatticePlan
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.scene.scene import Scene
 
@@ -98,12 +99,19 @@ class GraspTransit:
         transit: From the start configuration to the start of ``taking``.
         cost: s, estimated time to the end of the retreat, plus the cost of the grasp's score.
         experience: New experience of the search for transits, also to grasps that were not chosen.
+        searched: What ARA* found on the lattice of hand poses; None of transits that are not planned by it.
     """
 
     taking: GraspMotion
     transit: MotionSegment
     cost: float
     experience: tuple[QueryExperience, ...] = ()
+    searched: LatticePlan | None = None
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """What a search with a bound knows of the transit, by name; nothing of others."""
+        return {} if self.searched is None else self.searched.figures
 
 
 @dataclass(frozen=True, eq=False)

@@ -58,6 +58,8 @@ class PickSettings:
         shortcuts: Number of shortcuts tried on a coarse motion.
         rrt_iterations: Most iterations of the coarse planner.
         upright: rad, the most that the held item is tilted from how it stood when it was taken; None for any.
+        expansions: Most expansions of ARA* on the lattice of hand poses, by which transits to grasps are
+            planned, as the PR2 did in 2013; None for precomputed files and the coarse planner.
     """
 
     approach: GraspApproach = GraspApproach.LINES
@@ -80,6 +82,7 @@ class PickSettings:
     shortcuts: int = 60
     rrt_iterations: int = 4000
     upright: float | None = None
+    expansions: int | None = None
 
     @property
     def while_pushing(self) -> PickSettings:

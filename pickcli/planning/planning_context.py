@@ -11,11 +11,13 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.checker_cache import CheckerCache
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.robot_model import CollisionModel
+from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.grasping.grasp_method import GraspMethod
 from pickcli.grasping.method_choice import grasp_method
 from pickcli.grasping.recorded_grasp import RecordedGrasp
 from pickcli.kinematics.arm import Arm
+from pickcli.path_planning.lattice_planner import why_no_lattice
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.planning.pick_settings import DEFAULTS, DropPlace, GraspApproach, PickSettings
 from pickcli.roadmap.graph import Roadmap
@@ -108,6 +110,22 @@ class PlanningContext:
             The context, the same except for that.
         """
         return replace(self, settings=replace(self.settings, upright=upright))
+
+    def with_lattice_transits(self, expansions: int | None) -> PlanningContext:
+        """Return a context whose picks reach their grasps by ARA* on the lattice of hand poses.
+
+        Args:
+            expansions: Most expansions of a search; None for precomputed files and the coarse planner.
+
+        Returns:
+            The context, the same except for that.
+
+        Raises:
+            InputError: There is no such lattice for the arm.
+        """
+        if expansions is not None and (few := why_no_lattice(len(self.cell.robot.joint_names))):
+            raise InputError(f"cell {self.cell.name}: {few}")
+        return replace(self, settings=replace(self.settings, expansions=expansions))
 
     def configurations_at(self, place: Place) -> list[Array]:
         """Return the configurations that the cell names for a place.

@@ -9,7 +9,7 @@ that begins, and everything is proven (``followed_stitching``).
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -38,7 +38,7 @@ from pickcli.planning.belt_picks.followed_stitching import (
 )
 from pickcli.planning.belt_picks.line_pace import line_pace, paced_lines
 from pickcli.planning.belt_picks.tracked_stitching import TimedTaking
-from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
+from pickcli.planning.pick_motion import GraspMotion, GraspTransit, PickMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.region_query import RegionSearch
@@ -220,14 +220,38 @@ class _Search:
         rng = derived_rng(self.asked.seed, "arm on the belt", self.asked.picked.item)
         for k in range(len(self.grasps.grasps)):
             self.queue.enter(k, arm_seeds(self.problem, rng))
+        is_one_set = self.asked.context.settings.expansions is not None and self.asked.belt.meets is not None
+        yield from self._plans_of_one_set() if is_one_set else self._plans_one_by_one()
+        yield self.grasps.failures + self.queue.failures
+
+    def _plans_one_by_one(self) -> Iterator[Plan | Failures]:
+        """Yield what comes of meeting after meeting."""
         while self.queue.n_met < MOST_MET and (meeting := self.queue.pop()) is not None:
-            found = self._met(meeting)
+            met = self._met(meeting)
+            found = next(_stitched(self.asked, [met], meeting.t)) if isinstance(met, FollowedTaking) else met
             if isinstance(found, float):
                 self.queue.put_off(meeting, found)
                 continue
             yield found
             self.queue.put_off(meeting)
-        yield self.grasps.failures + self.queue.failures
+
+    def _plans_of_one_set(self) -> Iterator[Plan | Failures]:
+        """Yield what comes of all meetings at the one time, whose pregrasps are one set of goals (IV-B)."""
+        ready, t_contact = list[FollowedTaking](), self.asked.belt.meets
+        while self.queue.n_met < MOST_MET and (meeting := self.queue.pop()) is not None:
+            found = self._met(meeting)
+            if isinstance(found, FollowedTaking):
+                ready.append(found)
+            elif isinstance(found, float):
+                self.queue.put_off(meeting, found)
+            else:
+                yield found
+        if ready and t_contact is not None:
+            for plan in _stitched(self.asked, ready, t_contact):
+                if isinstance(plan, float):
+                    yield Failures.of(Reason("too late", "transit", f"by {1e3 * plan:.0f} ms"))
+                else:
+                    yield plan
 
     @property
     def would_go_wide(self) -> bool:
@@ -235,8 +259,8 @@ class _Search:
         are_late = not self.queue.n_met and WIDELY < self.queue.least_late < np.inf
         return not (self._has_motion or are_late)
 
-    def _met(self, meeting: BeltMeeting) -> Plan | Failures | float:
-        """Plan a meeting; return the reasons against it, or the s by which it has to be later."""
+    def _met(self, meeting: BeltMeeting) -> FollowedTaking | Failures | float:
+        """Plan the motion on the belt; return the reasons against it, or the s by which it is too soon."""
         asked, problem = self.asked, self.asked.problem_at(meeting.t)
         lines = self.grasps.lines(meeting.k, problem)
         if isinstance(lines, Failures):
@@ -248,8 +272,7 @@ class _Search:
         if isinstance(motion, Failures):
             return motion
         self._has_motion = True
-        followed = self._followed(problem, motion, meeting)
-        return _stitched(asked, followed, meeting.t) if isinstance(followed, FollowedTaking) else followed
+        return self._followed(problem, motion, meeting)
 
     def _followed(
         self, problem: PickProblem, motion: GraspMotion, meeting: BeltMeeting
@@ -302,13 +325,29 @@ def _ramp(asked: _Asked, motion: GraspMotion) -> float:
     return max(LEAST_RAMP, *(ramp_time(rate, a, FOLLOWING * j) for rate, a, j in most))
 
 
-def _stitched(asked: _Asked, followed: FollowedTaking, t_contact: float) -> Plan | Failures | float:
-    """Plan the ways to the belt and from there to the placement, and stitch the whole plan."""
+def _stitched(
+    asked: _Asked, ready: Sequence[FollowedTaking], t_contact: float
+) -> Iterator[Plan | Failures | float]:
+    """Plan the way to one of several motions on the belt, and yield the whole plan, or why there is none.
+
+    A time (s) is that by which the contact has to be later.
+    """
+    before = replace(ready[0].taking.problem, scene=asked.belt.coming)
+    for reached in transits_to_grasps(before, [each.ready for each in ready], asked.start):
+        if isinstance(reached, Failures):
+            yield reached
+        else:
+            begins = reached.taking.start
+            followed = next(each for each in ready if np.array_equal(each.ready.start, begins))
+            yield _left(asked, followed, reached, t_contact)
+
+
+def _left(
+    asked: _Asked, followed: FollowedTaking, reached: GraspTransit, t_contact: float
+) -> Plan | Failures | float:
+    """Plan the way from the belt to the placement, and stitch the whole plan."""
     context, belt, grasp = asked.context, asked.belt, str(followed.taking.motion.grasp)
     before = replace(followed.taking.problem, scene=belt.coming)
-    reached = next(transits_to_grasps(before, [followed.ready], asked.start))
-    if isinstance(reached, Failures):
-        return reached
     transit = reached.transit.scaled(PACED_COMING)
     coming = proven_run(context, before.scene, scaled_segments(context.cell.speed_scale, [transit]))
     if isinstance(coming, Failures):
@@ -324,4 +363,4 @@ def _stitched(asked: _Asked, followed: FollowedTaking, t_contact: float) -> Plan
     if not isinstance(plan, Plan):
         return plan
     too_far = belt.brought_too_far(plan, grasp)
-    return plan if too_far is None else Failures.of(too_far)
+    return plan.with_statistics(**reached.figures) if too_far is None else Failures.of(too_far)

@@ -266,7 +266,8 @@ def _left(
     meeting = Meeting(
         belt.start, belt.coming, belt.tracking, belt.axis, belt.speed, falling, t_contact, after
     )
-    return stitch_tracked(meeting, arrival, taking, carried)
+    plan = stitch_tracked(meeting, arrival, taking, carried)
+    return plan.with_statistics(**arrival.reached.figures) if isinstance(plan, Plan) else plan
 
 
 def _beyond_limits(belt: AxisBelt, taking: TimedTaking, q: Array) -> Reason | None:

@@ -12,7 +12,7 @@ from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures
 from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
-from pickcli.planning.coarse_motion import plan_coarse
+from pickcli.planning.coarse_motion import plan_coarse, plan_on_hand_lattice
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import COARSE_RESERVE
@@ -75,12 +75,15 @@ def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -
     extra = [_cost(problem, f) for f in group]
     seed = derived_seed(problem.seed, "transit", problem.target.id, state)
     checker = context.checker_for(problem.scene, mode)
-    coarse = plan_coarse(context, checker, start.q, goals, extra, seed, "transit")
+    if (most := context.settings.expansions) is None:
+        coarse = plan_coarse(context, checker, start.q, goals, extra, seed, "transit")
+    else:
+        coarse = plan_on_hand_lattice(context, checker, start.q, goals, most, "transit")
     if isinstance(coarse, Failures):
         return coarse
     transit = coarse.segment(SegmentKind.TRANSIT, replace(mode, reserve=0.0))
     cost = coarse.duration + extra[coarse.goal]
-    return GraspTransit(group[coarse.goal], transit, cost, coarse.experience)
+    return GraspTransit(group[coarse.goal], transit, cost, coarse.experience, coarse.searched)
 
 
 def _cost(problem: PickProblem, f: GraspMotion) -> float:
