@@ -229,15 +229,8 @@ class RecordedPickOptions(PickOptions):
         """
         from pickcli.planning.pick_settings import GraspApproach
 
-        if self.planner in ARA_STAR:
-            stated = [f"--{name}" for name in ("roadmap", "trajectories", "learn") if is_stated(name)]
-            if stated:
-                raise click.UsageError(
-                    f"{' and '.join(stated)}: --planner {self.planner} plans without stored motions, and "
-                    "learns none; leave it out"
-                )
-        elif is_stated("expansions"):
-            raise click.UsageError(f"--expansions: are those of ARA*; add --planner {ARA_STAR[0]}")
+        if self.planner not in ARA_STAR and is_stated("expansions"):
+            raise click.UsageError(f"--expansions limits ARA*; add --planner {ARA_STAR[0]}, or leave it out")
         if self.grasps_path is None:
             return
         if self.approach != GraspApproach.LINES:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from heapq import heappop, heappush
 from unittest import mock
@@ -119,6 +120,20 @@ def test_a_goal_that_is_a_pose_is_reached_in_any_posture() -> None:
     assert np.allclose(
         context().arm.tip(plan.path.waypoints[-1], home().tool_state), to.T_world_tip[0], atol=1e-7
     )
+
+
+def test_bounds_hold_and_the_turn_is_kept_where_it_has_to_be() -> None:
+    q = context().arm.solve_near(near_goal(0.3).T_world_tip[0], home().tool_state, home().q)
+    assert q is not None
+    to = HandGoals(near_goal(0.3).T_world_tip, q[None], in_any_turn=False)
+    least = least_cost(WorkspaceLattice(context().arm, checker(), home().q, to, COARSE))
+    plan = planned(to, 4000, COARSE)
+    assert plan is not None and np.array_equal(plan.path.waypoints[-1], q)
+    assert least <= plan.cost <= plan.cost_bound * least + 1e-9
+    turned = q + 2 * np.pi * context().cell.robot.limits.is_continuous
+    away = HandGoals(to.T_world_tip, turned[None], in_any_turn=False)
+    assert planned(away, 200, COARSE) is None
+    assert planned(replace(away, in_any_turn=True), 4000, COARSE) is not None
 
 
 def test_more_goals_cost_no_more() -> None:

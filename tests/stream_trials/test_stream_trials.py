@@ -1,0 +1,236 @@
+"""Many streams: one folder, one summary, one page; resumed, compared, and never mixed with other trials."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from pickcli.errors import InputError
+from pickcli.jobs.job_run import Build, RunOptions
+from pickcli.monte_carlo.trial_comparison import TrialComparison
+from pickcli.monte_carlo.trials_folder import (
+    PAGE,
+    SUMMARY,
+    TrialsReport,
+    is_interrupted,
+    play_trials,
+    write_trials,
+)
+from pickcli.page.html_page import page_bytes
+from pickcli.page.stream_trials_page import stream_trials_page
+from pickcli.stream_trials.stream_comparison import STREAMS
+from pickcli.stream_trials.stream_job import StreamJob
+from pickcli.stream_trials.stream_result import ItemOutcome
+from pickcli.stream_trials.stream_statistics import StreamStatistics
+from pickcli.stream_trials.stream_trials import TRIALS, stream_summary
+from support.command_line import apc, misused, refused
+from support.commissions import SHIPPED
+from support.scripted_commissions import write_scripted_commissions
+from support.scripted_streams import ScriptedStreams, scripted_record, write_scripted_streams
+from support.scripted_trials import write_scripted_trials
+
+SEEDS = range(4)
+
+
+def played(job: ScriptedStreams, folder: Path, replaced: bool = False) -> TrialsReport:
+    folder.mkdir(exist_ok=True)
+    build = Build(job, replace(RunOptions(), output=folder / SUMMARY))
+    report = play_trials(build, cast(StreamJob, job), SEEDS, {"seeds": list(SEEDS)}, stream_summary)
+    write_trials(folder, report, page_bytes(stream_trials_page(report.records)), replaced)
+    build.finish()
+    return report
+
+
+def run(*argv: object) -> dict[str, Any]:
+    answer = apc(*argv, "--json")
+    assert answer.code == 0, answer.err
+    told: dict[str, Any] = json.loads(answer.out)
+    return told
+
+
+def records(name: str, chance: float, seeds: range, sha256: str = "a") -> dict[str, dict[str, Any]]:
+    return {f"{name}-{seed}": scripted_record(name, seed, chance, sha256) for seed in seeds}
+
+
+@pytest.fixture(scope="module")
+def stream(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("stream") / "two.json"
+    words = ("--items", "2", "--gap", "2.0,2.2", "--seed", "3", "-o", path)
+    assert apc("make-stream", *words).code == 0
+    return path
+
+
+def test_a_folder_has_every_trial_a_summary_and_a_page_that_show_makes_again(tmp_path: Path) -> None:
+    report = played(ScriptedStreams(("a", "b")), tmp_path / "run")
+    names = [f"{name}-{seed}" for name in "ab" for seed in SEEDS]
+    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == [*names, PAGE, SUMMARY]
+    told = json.loads((tmp_path / "run" / SUMMARY).read_text())
+    assert told == report.summary and [line["trial"] for line in told["trials"]] == names
+    assert told["made_from"]["format"] == "apc-stream-trials"
+    assert apc("show", tmp_path / "run", "-o", tmp_path / "page.html").code == 0
+    assert (tmp_path / "page.html").read_bytes() == (tmp_path / "run" / PAGE).read_bytes()
+
+
+def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        played(ScriptedStreams(("a",), ends_at=("a", "2")), tmp_path / "run")
+    assert is_interrupted(tmp_path / "run")
+    played(ScriptedStreams(("a",)), tmp_path / "run", replaced=True)
+    played(ScriptedStreams(("a",)), tmp_path / "whole")
+    for name in (SUMMARY, PAGE):
+        assert (tmp_path / "run" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+
+
+def test_only_statistics_depend_on_the_clock_of_the_wall(tmp_path: Path) -> None:
+    slow, fast = (
+        played(ScriptedStreams(("a",), planning_ms=ms), tmp_path / f"{ms:g}").summary for ms in (90.0, 10.0)
+    )
+    assert slow["statistics"]["planning_ms"]["median"] == 9 * fast["statistics"]["planning_ms"]["median"]
+    assert {**slow, "statistics": 0} == {**fast, "statistics": 0}
+    assert (tmp_path / "90" / PAGE).read_bytes() == (tmp_path / "10" / PAGE).read_bytes()
+
+
+def test_statistics_count_what_came_was_attempted_and_was_delivered() -> None:
+    found = StreamStatistics({**records("a", 0.0, range(3)), **records("b", 1.0, range(2))})
+    values = found.values()
+    assert (values["delivered"]["successes"], values["delivered"]["tries"]) == (9, 20)
+    low, high = values["delivered"]["interval"]
+    assert 0.25 < low < 9 / 20 < high < 0.66  # Wilson
+    of_attempted = values["delivered_of_attempted"]
+    assert (of_attempted["successes"], of_attempted["tries"]) == (9, 15)
+    assert values["by_item"]["cup"] == {**values["by_item"]["cup"], "successes": 6, "tries": 10}
+    assert values["delivered_per_minute"] == pytest.approx(9 / 2.5)
+    assert values["offset_m"]["worst"] == 0.003 and values["slip_m_s"]["worst"] == pytest.approx(3e-4)
+    assert values["totals"] == {
+        "presented": 20, "attempted": 15, "delivered": 9, "collisions": 0, "limit_violations": 0, "stops": 0,
+    }  # fmt: skip
+    assert found.computing()["planning_ms"]["p99"] == 150.0
+    assert found.computing()["refusing_ms"]["median"] == 2.0
+
+
+def test_causes_are_told_without_names_and_figures() -> None:
+    found = StreamStatistics({**records("a", 0.0, range(3)), **records("b", 1.0, range(2))})
+    assert found.causes(ItemOutcome.NOT_ATTEMPTED) == [(5, "too late: it, by … ms")]
+    assert found.causes(ItemOutcome.LOST) == [(6, "it fell after … s")]
+
+
+def test_streams_of_which_nothing_was_held_have_no_figures_of_meetings() -> None:
+    record = scripted_record("a", 0, 0.0)
+    items = [{**item, "met": None, "attempts": 0, "outcome": "not attempted"} for item in record["items"]]
+    none = {**record, "items": items, "delivered": 0, "attempted": 0, "duration_s": 0.0}
+    values = StreamStatistics({"a-0": none}).values()
+    assert values["offset_m"] is None and values["delivered_per_minute"] == 0.0
+    assert page_bytes(stream_trials_page({"a-0": none}))
+
+
+def test_the_run_that_delivers_more_of_what_comes_is_better() -> None:
+    good, bad = records("a", 0.0, range(12)), records("a", 0.9, range(12))
+    found = TrialComparison.of(("old", "new"), bad, good, STREAMS)
+    assert found.better == "new" and found.decisive.mean_b == 0.75
+    assert found.sentence.startswith("new is better than old by ") and "items in 100" in found.sentence
+    alike = TrialComparison.of(("old", "new"), good, good, STREAMS)
+    assert alike.better == "" and "no difference beyond chance: new delivers +0.0 items" in alike.sentence
+    other = records("a", 0.0, range(12), sha256="b")
+    with pytest.raises(InputError, match=r"a\.json is another file in the one than in the other, so the tr"):
+        TrialComparison.of(("old", "new"), good, other, STREAMS)
+    with pytest.raises(InputError, match="no stream was played with the same seed in both"):
+        TrialComparison.of(("old", "new"), good, records("a", 0.0, range(20, 22)), STREAMS)
+
+
+def test_folders_are_compared_by_the_command(tmp_path: Path) -> None:
+    good = write_scripted_streams(tmp_path / "good", "a", range(8), 0.0)
+    bad = write_scripted_streams(tmp_path / "bad", "a", range(8), 0.9)
+    told = run("compare-trials", bad, good)
+    assert told["better"] == str(good) and told["pairs"] == 8
+    assert {"delivered_share", "delivered_per_minute", "collisions"} < set(told["figures"])
+
+
+def test_kinds_are_never_mixed(stream: Path, tmp_path: Path) -> None:
+    ours = write_scripted_streams(tmp_path / "ours", "a", range(3), 0.0)
+    orders = write_scripted_trials(tmp_path / "orders", "o", range(3), 0.0)
+    chains = write_scripted_commissions(tmp_path / "chains", "c", range(3), 0.0)
+    refused(apc("compare-trials", ours, orders), 3, f"{ours} has trials of streams and {orders} others")
+    refused(apc("compare-trials", orders, ours), 3, f"{ours} has trials of streams and {orders} others")
+    refused(apc("compare-trials", chains, ours), 3, f"{chains} has trials of commissions and {ours} others")
+    assert TRIALS.is_of(ours) and not TRIALS.is_of(orders) and not TRIALS.is_of(chains)
+    assert list(TRIALS.read(ours)) == ["a-0", "a-1", "a-2"]
+    write_scripted_trials(tmp_path / "ours", "z", range(1), 0.0)
+    for command in (("show", ours, "-o", tmp_path / "x.html"), ("compare-trials", ours, orders)):
+        refused(apc(*command), 3, "has trials of streams (a-0) and others (z-0)", "a folder of its own")
+    for words, told in (
+        ((stream, "jsk_pick_sample"), f"{stream} is a stream and jsk_pick_sample is not"),
+        ((stream, SHIPPED), f"{SHIPPED} is a commission and {stream} is not"),
+    ):
+        refused(apc("run-trials", *words, "-o", tmp_path / "x"), 3, told, "play one kind at a time")
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--pod-shift", "none"), "--pod-shift applies to orders, not to streams"),
+        (("--strategy", "apple"), "--strategy applies to orders, not to streams"),
+        (("--sift", "none", "--drop-from", "rim"), "--sift and --drop-from apply to orders, not to streams"),
+        (("--perception", "camera", "--pose-noise", "1,1"), "a camera has errors of its own"),
+        (("--people", "2"), "--people applies to commissions"),
+        (("--stream-rule", "pr2"), "'pr2'"),
+    ],
+)
+def test_what_does_not_fit_is_refused_before_any_work(
+    stream: Path, words: tuple[str, ...], told: str, tmp_path: Path
+) -> None:
+    for each in (stream, "pr2_belt_moving"):
+        answer = apc("run-trials", each, *words, "-o", tmp_path / "out")
+        misused(answer, told)
+    assert not (tmp_path / "out").exists()
+
+
+def test_files_that_cannot_be_played_are_refused_before_any_work(stream: Path, tmp_path: Path) -> None:
+    out, copy = tmp_path / "out", tmp_path / "two.json"
+    copy.write_bytes(stream.read_bytes())
+    refused(apc("run-trials", stream, copy, "-o", out), 3, copy, "a second stream of the name two; rename it")
+    data = json.loads(stream.read_text())
+    copy.write_text(json.dumps({**data, "speed": -0.1}))
+    refused(apc("run-trials", copy, "-o", out), 3, copy, "speed")
+    assert not out.exists()
+    for words in (("jsk_pick_sample",), (SHIPPED,)):
+        misused(apc("run-trials", *words, "--stream-rule", "earliest", "-o", out), "--stream-rule applies to")
+    (out / "x").mkdir(parents=True)
+    refused(apc("run-trials", stream, "-o", out), 3, "--overwrite")
+
+
+@pytest.mark.slow
+def test_trials_are_those_of_run_trial_from_one_process_and_from_two(stream: Path, tmp_path: Path) -> None:
+    told = run("run-trials", stream, "--seeds", "5:7", "--jobs", 1, "-o", tmp_path / "one")
+    again = run("run-trials", stream, "--seeds", "5:7", "--jobs", 2, "-o", tmp_path / "two")
+    run("run-trial", stream, "--seed", 6, "-o", tmp_path / "alone")
+    assert {**told, "path": 0, "statistics": 0} == {**again, "path": 0, "statistics": 0}
+    assert (told["totals"]["presented"], told["made_from"]["rule"]) == (4, "earliest")
+    assert (tmp_path / "one" / PAGE).read_bytes() == (tmp_path / "two" / PAGE).read_bytes()
+    for folder in (tmp_path / "one" / "two-6", tmp_path / "two" / "two-6"):
+        assert {each.name for each in folder.iterdir()} == {
+            each.name for each in (tmp_path / "alone").iterdir()
+        }
+        for name in ("stream.json", "motion.json.gz"):
+            assert (folder / name).read_bytes() == (tmp_path / "alone" / name).read_bytes(), name
+        alone, many = (json.loads((each / "trial.json").read_text()) for each in (tmp_path / "alone", folder))
+        assert {**alone, "statistics": 0} == {**many, "statistics": 0}
+
+
+@pytest.mark.slow
+def test_a_named_task_and_conditions_reach_the_record(tmp_path: Path) -> None:
+    """Of the first two items of the PR2's experiment, by its own rule and by a camera."""
+    named = Path("data/tasks/pr2_belt_moving.json")
+    data = json.loads(named.read_text())
+    few = tmp_path / "pr2_few.json"
+    few.write_text(json.dumps({**data, "items": data["items"][:2]}))
+    words = ("--seeds", "1", "--jobs", 1, "--perception", "camera", "--stream-rule", "pr2-2013")
+    told = run("run-trials", few, *words, "-o", tmp_path / "run")
+    made = told["made_from"]
+    assert (made["rule"], made["perception"], made["camera"]["rate"]) == ("pr2-2013", "camera", 10.0)
+    assert list(made["cells"]) == ["pr2_belt"] and told["totals"]["presented"] == 2
+    assert told["totals"]["collisions"] == told["totals"]["limit_violations"] == 0
