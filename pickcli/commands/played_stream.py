@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -16,6 +16,7 @@ from pickcli.commands.logs import stage
 from pickcli.commands.options import refuse_reading
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.stream_options import StreamOptions
+from pickcli.commands.table import table_lines
 from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_options_of_orders
 from pickcli.errors import TrialAbortedError
 
@@ -213,4 +214,23 @@ def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
         )
     others = [each for each in result.items if str(each.outcome) != "delivered"]
     lines += [f"{each.item}: {each.outcome}: {each.reason}" for each in others[:FEW]]
-    return [*lines, f"and {len(others) - FEW} more"] if len(others) > FEW else lines
+    lines += [f"and {len(others) - FEW} more"] if len(others) > FEW else []
+    return [*lines, *paper_lines({"": record})]
+
+
+def paper_lines(records: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Format the experiments of the PR2 paper of 2013 beside trials of the streams after them.
+
+    Args:
+        records: Contents of ``trial.json`` files of streams, by name.
+
+    Returns:
+        Lines of text; none if no such stream was played.
+    """
+    from pickcli.stream_trials.published_experiments import COLUMNS, beside_paper
+
+    return [
+        line
+        for each in beside_paper(records)
+        for line in (f"{each.title}:", *table_lines(COLUMNS, each.rows))
+    ]

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pickcli.commands.played_stream import refuse_stated, stream_task
+from pickcli.commands.played_stream import paper_lines, refuse_stated, stream_task
 from pickcli.commands.trial_options import TrialOptions
 from pickcli.commands.trials_output import (
     TrialsFolder,
@@ -64,7 +64,7 @@ def play_stream_files(
     job = StreamJob(streams, content_digest({*files.values(), *reads}), sources_digest())
     made_from = _made_from(job, seeds, options)
     report = played_trials(job, seeds, folder, options.jobs, made_from, stream_summary, stream_trials_page)
-    folder.tell(report, _lines(report.summary))
+    folder.tell(report, [*_lines(report.summary), *paper_lines(report.records)])
 
 
 def _made_from(job: StreamJob, seeds: Sequence[int], options: TrialOptions) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from pickcli.page.page_motion import Chapter
 from pickcli.page.page_scene import Fact, Tone
 from pickcli.page.recorded_parts import joint_signals, replayed, vacuum_signals
 from pickcli.page.scene_page import standing_page
+from pickcli.page.stream_trials_page import paper_tables
 from pickcli.scene.item_stream import ItemStream
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.trial.motion_record import RecordedMotion
@@ -74,7 +75,7 @@ def stream_trial_page(
         lanes=(segment_lane(segments),),
         signals=(*vacuum_signals(motion), *signals),
         chapters=tuple(_chapters(record, motion)),
-        tables=(_table(record),),
+        tables=(_table(record), *paper_tables({"": record})),
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from pickcli.monte_carlo.success_rate import SuccessRate
 from pickcli.page.page_document import Bar, Chart, PageDocument, PageTable
 from pickcli.page.page_scene import Fact, Tone
+from pickcli.stream_trials.published_experiments import COLUMNS, beside_paper
 from pickcli.stream_trials.stream_result import ItemOutcome
 from pickcli.stream_trials.stream_statistics import StreamStatistics
 
@@ -47,8 +48,21 @@ def stream_trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument
             _items(statistics),
             _causes("Why items were not attempted", statistics.causes(ItemOutcome.NOT_ATTEMPTED)),
             _causes("Why items were lost", statistics.causes(ItemOutcome.LOST)),
+            *paper_tables(records),
         ),
     )
+
+
+def paper_tables(records: Mapping[str, Mapping[str, Any]]) -> tuple[PageTable, ...]:
+    """Make tables of the experiments of the PR2 paper of 2013 beside trials of the streams after them.
+
+    Args:
+        records: Contents of ``trial.json`` files of streams, by name.
+
+    Returns:
+        The tables; none if no such stream was played.
+    """
+    return tuple(PageTable(each.title, COLUMNS, each.rows) for each in beside_paper(records))
 
 
 def _told(rate: SuccessRate) -> str:

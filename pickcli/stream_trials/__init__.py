@@ -6,5 +6,5 @@ items is exact, or a `belt_perception` by a `belt_camera`. A `meeting_watch` mea
 `stream_folder`.
 
 Many trials are a `stream_job`, whose `stream_trials` are summed up by `stream_statistics`; a
-`stream_comparison` says what two runs are compared by.
+`stream_comparison` says what two runs are compared by, and `published_experiments` what the PR2 did in 2013.
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,7 @@ from pickcli.monte_carlo.success_rate import SuccessRate
 from pickcli.monte_carlo.trial_statistics import Record, counted_causes, rate_values
 from pickcli.stream_trials.stream_result import ItemOutcome, percentiles
 
+_QUERY = re.compile(r"^no plan for [^:]*: ")  # names the item again
 TOTALS = ("presented", "attempted", "delivered", "collisions", "limit_violations", "stops")
 MET = {"offset_m": "offset", "slip_m_s": "slip", "late_s": "late"}  # what is told of meetings
 
@@ -135,4 +137,4 @@ def _reasons(items: list[Record], outcome: ItemOutcome) -> Iterator[str]:
     for item in items:
         if item["outcome"] == outcome:
             told = str(item["reason"]).replace(item["item"], "it").replace(_kind(item), "it")
-            yield told or "no reason given"
+            yield _QUERY.sub("no plan: ", told) or "no reason given"

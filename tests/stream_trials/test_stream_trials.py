@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import Any, cast
 
 import pytest
 
+from pickcli.cell.data_path import data_path
+from pickcli.commands.played_stream import paper_lines
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, RunOptions
 from pickcli.monte_carlo.trial_comparison import TrialComparison
@@ -22,6 +25,7 @@ from pickcli.monte_carlo.trials_folder import (
 )
 from pickcli.page.html_page import page_bytes
 from pickcli.page.stream_trials_page import stream_trials_page
+from pickcli.stream_trials.published_experiments import beside_paper
 from pickcli.stream_trials.stream_comparison import STREAMS
 from pickcli.stream_trials.stream_job import StreamJob
 from pickcli.stream_trials.stream_result import ItemOutcome
@@ -114,7 +118,7 @@ def test_statistics_count_what_came_was_attempted_and_was_delivered() -> None:
 
 def test_causes_are_told_without_names_and_figures() -> None:
     found = StreamStatistics({**records("a", 0.0, range(3)), **records("b", 1.0, range(2))})
-    assert found.causes(ItemOutcome.NOT_ATTEMPTED) == [(5, "too late: it, by … ms")]
+    assert found.causes(ItemOutcome.NOT_ATTEMPTED) == [(5, "no plan: it: too late: by … ms")]
     assert found.causes(ItemOutcome.LOST) == [(6, "it fell after … s")]
 
 
@@ -167,6 +171,20 @@ def test_kinds_are_never_mixed(stream: Path, tmp_path: Path) -> None:
     ):
         refused(apc("run-trials", *words, "-o", tmp_path / "x"), 3, told, "play one kind at a time")
     assert not (tmp_path / "x").exists()
+
+
+def test_the_papers_experiments_are_set_beside_trials_of_their_streams() -> None:
+    content = (data_path() / "tasks" / "pr2_belt_static.json").read_bytes()
+    ours = records("pr2_belt_static", 0.0, range(2), sha256=hashlib.sha256(content).hexdigest())
+    (beside,) = beside_paper({**ours, **records("pr2_belt_moving", 0.0, range(2))})
+    assert beside.rows == (
+        ("presented", "100", "8"), ("delivered of those", "91, 91%", "6, 75%"),
+        ("attempted", "100", "6"), ("delivered of those", "91, 91%", "6, 100%"),
+        ("s for each pick and place", "6.7", "10.0"), ("collisions", "not stated", "0"),
+    )  # fmt: skip
+    assert beside.title in paper_lines(ours)[0] and not paper_lines(records("a", 0.0, range(2)))
+    assert stream_trials_page(ours).tables[-1].rows == beside.rows
+    assert len(stream_trials_page(records("a", 0.0, range(2))).tables) == 4
 
 
 @pytest.mark.parametrize(

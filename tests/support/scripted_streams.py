@@ -31,7 +31,12 @@ def scripted_record(
     for k, item in enumerate(ITEMS):
         if item == "bottle":
             items.append(
-                StreamItemResult(item, ItemOutcome.NOT_ATTEMPTED, 0, f"too late: {item}, by {seed}.5 ms")
+                StreamItemResult(
+                    item,
+                    ItemOutcome.NOT_ATTEMPTED,
+                    0,
+                    f"no plan for pick {item} from belt: {item}: too late: by {seed}.5 ms",
+                )
             )
             continue
         is_lost = bool(derived_rng(name, seed, item).random() < chance)
