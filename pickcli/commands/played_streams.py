@@ -69,13 +69,15 @@ def play_stream_files(
 
 def _made_from(job: StreamJob, seeds: Sequence[int], options: TrialOptions) -> dict[str, Any]:
     """Return the parameters of the trials, for trials.json."""
+    from pickcli.trial.trial_perception import PerceptionKind
+
     first = next(iter(job.streams.values())).request
     cells = (each.request.stream.cell for each in job.streams.values())
     return {
         "streams": [each.file_name for each in job.streams.values()],
         "seeds": list(seeds),
         "cells": {cell.name: cell.scene_fingerprint for cell in cells},
-        "perception": options.perception,
+        "perception": options.perception or str(PerceptionKind.NOISE),
         "noise": first.noise.figures,
         "speed_error_m_s": first.speed_error,
         "camera": None if first.camera is None else asdict(first.camera),

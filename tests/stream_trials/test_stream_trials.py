@@ -227,7 +227,8 @@ def test_trials_are_those_of_run_trial_from_one_process_and_from_two(stream: Pat
     again = run("run-trials", stream, "--seeds", "5:7", "--jobs", 2, "-o", tmp_path / "two")
     run("run-trial", stream, "--seed", 6, "-o", tmp_path / "alone")
     assert {**told, "path": 0, "statistics": 0} == {**again, "path": 0, "statistics": 0}
-    assert (told["totals"]["presented"], told["made_from"]["rule"]) == (4, "earliest")
+    made = told["made_from"]
+    assert (told["totals"]["presented"], made["rule"], made["perception"]) == (4, "earliest", "noise")
     assert (tmp_path / "one" / PAGE).read_bytes() == (tmp_path / "two" / PAGE).read_bytes()
     for folder in (tmp_path / "one" / "two-6", tmp_path / "two" / "two-6"):
         assert {each.name for each in folder.iterdir()} == {
