@@ -1,6 +1,7 @@
 """How long queries for items on a running belt take that all joints of an arm follow (pr2_belt).
 
     python -m bench.belt_queries [--items 80] [--seed 0] [--speed 0.33] [--gap 1.8,2.4] [--late] [--verify]
+                                 [--stream-rule pr2-2013] [--expansions 300]
 
 Every item of one stream, with the errors of poses and of the speed that a trial has, is asked for within
 ``SOON`` s from when it is wholly on the belt, as a free arm does; with ``--late``, anywhere after that until
@@ -8,7 +9,8 @@ Every item of one stream, with the errors of poses and of the speed that a trial
 where it is parked, or from over its bin. Processor times in one warm process, planning only; ``WARMING``
 other items go before. It prints the median and percentiles of the queries with a plan and of those without,
 of which some were told by bounds alone (``why_never``), and, with ``--verify``, how many plans the verifier
-accepts.
+accepts. By ``--stream-rule pr2-2013`` items are met at one place, and with ``--expansions`` ARA* plans the
+transits, of which the bound on the cost is printed, too.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
 from pickcli.seeds import derived_rng
+from pickcli.stream_trials.stream_rules import StreamRule
 from pickcli.stream_trials.stream_trial import SPEED_ERROR
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.verification.verify import certifier
@@ -61,13 +64,14 @@ class Asked:
     by_bounds: bool
 
 
-def ask(context: PlanningContext, stream: ItemStream, k: int, is_late: bool) -> Asked:
+def ask(context: PlanningContext, stream: ItemStream, k: int, is_late: bool, rule: StreamRule) -> Asked:
     """Ask an arm for the k-th item of a stream."""
     cell, draw, item = context.cell, derived_rng("belt query", stream.seed, k), stream.items[k]
     leaves = item.stamp + (stream.belt.window[1] - float(item.T_belt_item[0, 3])) / stream.speed
     soon = item.stamp + SOON
     now = draw.uniform(soon, leaves - LEFT) if is_late else draw.uniform(item.stamp, soon)
-    query = InterceptQuery(item.id, float(now), f"bin_{cell.arm}")
+    place = rule.meeting_place(context, stream.carrier)
+    query = InterceptQuery(item.id, float(now), f"bin_{cell.arm}", place)
     named = cell.configurations[("home", f"bin_{cell.arm}")[int(draw.integers(2))]]
     start, seen = Start(named.q, named.tool_state), replace(stream, cell=cell)
     never = why_never(context, seen, query, start) is not None
@@ -97,14 +101,20 @@ def main() -> None:
     parser.add_argument("--gap", default="1.8,2.4", help="LO,HI in m")
     parser.add_argument("--late", action="store_true", help="ask for the items when they are farther along")
     parser.add_argument("--verify", action="store_true", help="judge the plans, too")
+    parser.add_argument(
+        "--stream-rule", type=StreamRule, default=StreamRule.EARLIEST, help="how they are met"
+    )
+    parser.add_argument("--expansions", type=int, help="of ARA*, which plans the transits then")
     parser.add_argument("--list", action="store_true", help="print every query")
     options = parser.parse_args()
     workcell, (low, high) = load_workcell(CELL), map(float, options.gap.split(","))
-    contexts = [PlanningContext(workcell.cell(arm)) for arm in ARMS]
+    by = options.expansions
+    contexts = [PlanningContext(workcell.cell(arm)).with_lattice_transits(by) for arm in ARMS]
     request = StreamRequest(options.items + WARMING, options.speed, (low, high))
     stream = make_stream(contexts[0].cell, request, options.seed)
     stream = replace(stream, noise=DEFAULT_NOISE, speed_error=2.0 * SPEED_ERROR)
-    each_of = [ask(contexts[k % 2], stream, k, options.late) for k in range(len(stream.items))]
+    n, rule = len(stream.items), options.stream_rule
+    each_of = [ask(contexts[k % 2], stream, k, options.late, rule) for k in range(n)]
     asked = each_of[WARMING:]
     planned = [each for each in asked if each.plan is not None]
     report("with a plan", planned)
@@ -113,6 +123,10 @@ def main() -> None:
     lasting = [times_at_work(each.plan.segments)[1] for each in asked if each.plan is not None]
     if lasting:
         print(f"the item is off the belt after {np.mean(lasting):.2f} s in the mean")
+    bounds = [each.plan.statistics["transit_cost_bound"] for each in planned if each.plan] if by else []
+    if bounds:
+        n_best = sum(bound == 1.0 for bound in bounds)
+        print(f"cost bound: {np.median(bounds):.3f} in the median, {max(bounds):.3f} at most; {n_best} least")
     if options.list:
         for each in asked:
             end = "" if each.plan is None else f"off at {times_at_work(each.plan.segments)[1]:.2f} s"
