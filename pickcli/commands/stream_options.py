@@ -204,10 +204,8 @@ def plan_from_stream(
         )
     stream = stream.presenting(item)
     scene = stream.scene_at(now)
-    rule, query = (
-        StreamRule(stream_rule),
-        InterceptQuery(item, now, destination(scene, into, stream.conveyor)),
-    )
+    rule = StreamRule(stream_rule)
+    query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))
     plans: list[tuple[Plan, Scene]] = []
     failed: list[tuple[str, NoPlanError]] = []
     for seen in (scene, *seen_by_others(scene, options.arms())):

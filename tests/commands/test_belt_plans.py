@@ -92,6 +92,39 @@ def test_options_that_contradict_each_other_are_wrong_usage(
     misused(apc("plan-pick", "--stream", stream, *words, "-o", tmp_path / "p.json"), told)
 
 
+def test_a_transit_by_ara_star_tells_its_bound_and_is_verified(stream: Path, tmp_path: Path) -> None:
+    plan, name = tmp_path / "plan.json", item(stream, 0)[0]
+    words = ("plan-pick", "--stream", stream, "--item", name, "--planner", "ara-star", "--expansions", "60")
+    planned = apc(*words, "-o", plan)
+    assert planned.code == 0 and "certified" in planned.out
+    assert "transit by ARA*: costs " in planned.out and "times the least on the lattice" in planned.out
+    figures = json.loads(plan.read_text())["statistics"]
+    assert figures["transit_cost_bound"] >= 1.0 and 0 < figures["transit_expansions"] <= 60
+    assert apc("verify", plan, "--stream", stream).code == 0
+    again = apc(*words[:-3], "ARA*", *words[-2:], "-o", tmp_path / "again.json", "--json")
+    assert json.loads(again.out)["statistics"]["transit_cost_bound"] == figures["transit_cost_bound"]
+    motions = [json.loads((tmp_path / f).read_text()) for f in ("plan.json", "again.json")]
+    assert {**motions[0], "statistics": 0} == {**motions[1], "statistics": 0}
+
+
+def test_too_few_expansions_are_no_plan(stream: Path, tmp_path: Path) -> None:
+    words = ("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "--planner", "ara-star")
+    refused(apc(*words, "--expansions", "1", "-o", tmp_path / "p.json"), 5, "ARA* found none in 1 expansions")
+    assert not (tmp_path / "p.json").exists()
+
+
+def test_options_of_planners_and_rules_that_do_not_apply_are_wrong_usage(
+    stream: Path, tmp_path: Path
+) -> None:
+    of_stream = ("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "-o", tmp_path / "p.json")
+    misused(apc(*of_stream, "--expansions", "20"), "--expansions limits ARA*; add --planner ara-star")
+    misused(apc(*of_stream, "--planner", "ara-star", "--expansions", "0"), "--expansions")
+    misused(apc(*of_stream, "--planner", "astar"), "'astar'")
+    misused(apc(*of_stream, "--stream-rule", "2013"), "'2013'")
+    of_scene = ("plan-pick", "--scene", "s.json", "--bin", "bin_A", "--item", "x", "-o", tmp_path / "p.json")
+    misused(apc(*of_scene, "--stream-rule", "pr2-2013"), "--stream-rule applies to streams")
+
+
 def test_nothing_is_set_down_on_a_running_belt(stream: Path, tmp_path: Path) -> None:
     words = ("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "--into", "belt")
     misused(apc(*words, "-o", tmp_path / "p.json"), "--into belt: it runs, and nothing is set down on it")
