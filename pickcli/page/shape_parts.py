@@ -7,12 +7,12 @@ from functools import lru_cache
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from pickcli.cell.hollow_body import solids_of
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.files.packed_array import packed
 from pickcli.geometry import Array, transform_points
 from pickcli.page.page_scene import PageBody, PageShape, posed, rounded
-from pickcli.simulation.hollow_body import solids_of
 
 CORNER_RESOLUTION = 1e-4  # m, resolution of mesh corners
 _N_SIDES = 48  # of the polyhedron that a cylinder is drawn as

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import product
 from typing import Protocol, TypeAlias
 
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.hollow_body import solids_of
 from pickcli.cell.item import OWN_ITEMS, item_suggestion
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.station import TOTE
@@ -16,7 +18,7 @@ from pickcli.files.schema import Vector
 from pickcli.files.source import Key, Source
 from pickcli.geometry import Array, inverse, pose
 from pickcli.name_suggestion import shortened, suggestion
-from pickcli.scene.scene import HeldItem, Scene
+from pickcli.scene.scene import HeldItem, PlacedItem, Scene
 from pickcli.scene.scene_schema import PlacedItemModel, SceneModel
 from pickcli.scene.solid_overlap import TOUCH, PosedSolid, overlap_depth
 from pickcli.scene.touching import PosedSolids, gaps
@@ -378,19 +380,32 @@ def check_floating(source: Source, scene: Scene) -> None:
     _add_alike(source, floating, one, f"{one}; positions are those of the items' middles, in m")
 
 
+def _overlap_of_items(one: PlacedItem, other: PlacedItem, tolerance: float) -> float:
+    """Depth, in m, by which two items reach into each other; 0 up to the tolerance."""
+    outer = [PosedSolid(each.item.shape, each.T_world_item) for each in (one, other)]
+    depth = overlap_depth(outer[0], outer[1], tolerance)
+    if depth == 0.0 or not (one.item.hollows or other.item.hollows):
+        return depth
+    solids = [
+        [PosedSolid(solid.shape, each.T_world_item @ solid.T_parent_shape) for solid in solids_of(each.item)]
+        for each in (one, other)
+    ]
+    return max(overlap_depth(a, b, tolerance) for a, b in product(*solids))
+
+
 def check_overlaps(source: Source, scene: Scene) -> None:
-    """Check that no two items overlap deeper than pose uncertainty explains.
+    """Check that no two items overlap deeper than pose uncertainty explains; one may lie in another's hollow.
 
     Args:
         source: Collects the mistakes with their places in the file.
         scene: The scene.
     """
     every = PosedSolids.of(scene, scene.items, ())
-    solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
-    a, b = every.near(len(solids))
+    a, b = every.near(len(scene.items))
     overlaps: list[Mistake] = []
     for i, j in zip(a.tolist(), b.tolist(), strict=True):
-        depth = overlap_depth(solids[i], solids[j], TOUCH + float(every.bound[i] + every.bound[j]))
+        tolerance = TOUCH + float(every.bound[i] + every.bound[j])
+        depth = _overlap_of_items(scene.items[i], scene.items[j], tolerance)
         if depth > 0.0:
             ids = f"{scene.items[i].id} and {scene.items[j].id}"
             overlaps.append((("items", j), f"{ids} overlap by {1000 * depth:.1f} mm"))

@@ -3,7 +3,7 @@
 Read in this order:
 
 - Engine: `engine`, `engine_bodies` and `engine_client`, the only modules that use pybullet.
-- World of a scene: `world`, built by `scene_bodies`, `hollow_body` and `robot_urdf`; `reality` states its
+- World of a scene: `world`, built by `scene_bodies` and `robot_urdf`; `reality` states its
   deviations from the model, `places` finds the place of an item, `contacts` logs contacts that are not among
   the `planned_contacts`; `settle` lets items come to rest without a robot; `camera`, with a `camera_view`,
   makes pictures.

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from pickcli.cell.hollow_body import solids_of
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.geometry import GRAVITY, Array, to_quaternion
 from pickcli.scene.colours import Colour
 from pickcli.simulation.engine_client import pybullet as p
 from pickcli.simulation.engine_client import quiet
-from pickcli.simulation.hollow_body import solids_of
 
 SOLVER_ITERATIONS = 50
 STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; friction of a pair is the product

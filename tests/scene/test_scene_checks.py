@@ -203,6 +203,32 @@ def test_overlaps_are_allowed_by_the_mean_noise_of_both(cell: Cell, tmp_path: Pa
             assert _read(scene, tmp_path / "s.json")
 
 
+@pytest.mark.parametrize(
+    ("moved", "is_refused"),
+    [
+        ((0.0, 0.0, 0.0), False),
+        ((0.0, 0.0, -0.003), True),
+        ((0.004, 0.0, 0.0), True),
+        ((0.1, 0.0, 0.0), False),
+    ],
+)
+def test_an_item_may_lie_in_the_hollow_of_another(
+    cell: Cell, tmp_path: Path, moved: tuple[float, float, float], is_refused: bool
+) -> None:
+    """A ball in a bowl, 30 mm deep in its outer shape; deeper, or in its wall, it is not where it can be."""
+    bowl, ball = cell.item("platinum_pets_dog_bowl"), cell.item("rawlings_baseball")
+    T_bowl = cell.places["tote"].T_carrier_place @ pose((0.0, 0.0, float(bowl.shape.extents[2]) / 2))
+    bottom = bowl.shape.extents[2] / 2 - bowl.hollows[0].depth
+    T_ball = pose(np.array((0.0, 0.0, bottom + ball.shape.size[0])) + moved)
+    items = PlacedItem("bowl", bowl, TOTE, T_bowl), PlacedItem("ball", ball, TOTE, T_bowl @ T_ball)
+    scene = replace(make_scene(cell), items=items)
+    if is_refused:
+        with pytest.raises(InputError, match="bowl and ball overlap by"):
+            _read(scene, tmp_path / "s.json")
+    else:
+        assert _read(scene, tmp_path / "s.json")
+
+
 def test_an_item_in_a_corner_of_an_obstacle_is_told_as_such(cell: Cell, tmp_path: Path) -> None:
     """Far from the obstacle's middle, as most of what stands in the way is."""
     boom = next(body for body in cell.obstacles.bodies if body.name == "camera_boom")

@@ -1,4 +1,4 @@
-"""Bodies of items with hollows in the engine: convex solids that fill the outer shape but for all hollows.
+"""Bodies of items with hollows: convex solids that fill the outer shape but for all hollows.
 
 A box is cut along the sides of its hollows; a cylinder is a stack of discs and of rings of boxes. The boxes
 of a ring reach from the chords of the hollow to those of the cylinder: into the hollow by its radius times

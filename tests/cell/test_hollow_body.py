@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.hollow import Hollow
+from pickcli.cell.hollow_body import MOST_SOLIDS, N_AROUND, solids_of
 from pickcli.cell.schemas.items_file import load_items
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.geometry import pose
 from pickcli.simulation.engine import Engine
-from pickcli.simulation.hollow_body import MOST_SOLIDS, N_AROUND, solids_of
 from pickcli.simulation.suction import face_at
 from pickcli.simulation.world import TIME_STEP
 from support.hollow_items import are_in_any, points_around, rectangular_hollows, round_hollows
