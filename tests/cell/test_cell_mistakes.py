@@ -183,6 +183,36 @@ MISTAKES = {
         "side_wall: 0.3277",
         "pod.side_wall: puts it at 0.3277 m, expected beyond 0.4043 m (post)",
     ),
+    "legs that meet in the middle": (
+        "legs: {width: 0.03545",
+        "legs: {width: 0.44",
+        "pod.legs.width: two legs of 0.44 m leave nothing open of the pod's width, 0.8795 m; correct one",
+    ),
+    "legs that meet front to back": (
+        "0.03545, depth: 0.020}",
+        "0.03545, depth: 0.45}",
+        "pod.legs.depth: two legs of 0.45 m leave nothing open of the pod's depth, 0.8842 m; correct one",
+    ),
+    "legs that reach into the lowest row": (
+        "0.03545, depth: 0.020}",
+        "0.03545, depth: 0.020, height: 0.80}",
+        "pod.legs.height: expected at most 0.7990 m, the underside of the lowest board, got 0.8; correct it, or",
+    ),
+    "legs in mm": (
+        "legs: {width: 0.03545",
+        "legs: {width: 35",
+        "pod.legs.width: expected m along y, from the outside inwards",
+    ),
+    "legs without a height that is named": (
+        "0.03545, depth: 0.020}",
+        "0.03545, depth: 0.020, height: }",
+        "pod.legs.height: expected a number, got nothing; give it in m, or leave the key out",
+    ),
+    "legs without figures": (
+        "legs: {width: 0.03545, depth: 0.020}",
+        "legs:",
+        "pod.legs: expected its figures, got nothing; add them, or leave the key out",
+    ),
     "unknown device kind": (
         "pump: {kind: pump",
         "pump: {kind: fan",

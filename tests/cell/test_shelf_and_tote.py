@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.makers.pod import FRONT_LEGS, REAR_LEGS
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import Body
 from pickcli.geometry import Array, inverse
+from support.cell_copies import CellCopy
 
 # Row: lip top, lower edge of the hanging lip, opening, floor behind the lip and at the back, ceiling.
 ROWS = {
@@ -114,6 +117,62 @@ def test_outside_the_pod_is_as_large_as_measured(cell: Cell) -> None:
     lower, upper = np.min(corners, axis=0), np.max(corners, axis=0)
     np.testing.assert_allclose(upper - lower, (0.8842, 0.8795, 2.3673), atol=1e-9)
     np.testing.assert_allclose(lower, (0.0, -0.8795 / 2, 0.0), atol=1e-9)
+
+
+LEGS = "  legs: {width: 0.03545, depth: 0.020}\n"
+
+
+def is_solid(cell: Cell, x: float, y: float, z: float) -> bool:
+    point = np.array([x, y, z])
+    return any(low < 0 < high for low, high in spans(cell.pod.bodies, point, np.array([0.0, 0.0, 1.0])))
+
+
+def solids_at(cell: Cell, z: float) -> set[tuple[float, float]]:
+    """Where on a raster of 10 mm over the pod and its surroundings something is at a height."""
+    xs, ys = np.linspace(-0.045, 0.935, 99), np.linspace(-0.485, 0.485, 98)
+    return {(float(x), float(y)) for x in xs for y in ys if is_solid(cell, x, y, z)}
+
+
+@pytest.mark.parametrize("z", [0.01, 0.4, 0.68, 0.79])
+@pytest.mark.parametrize(("name", "arm"), [("apc2016_delft", None), ("apc2016_kth_picking", "right")])
+def test_below_the_lowest_board_there_are_four_legs_and_nothing_else(
+    name: str, arm: str | None, z: float
+) -> None:
+    """KTH's slice is 0.63 to 0.73 m over the floor."""
+    at = solids_at(load_cell(name, arm), z)
+    assert at == {(x, y) for x, y in at if (x < 0.02 or x > 0.8642) and 0.4043 < abs(y) < 0.43975}
+    assert {(x > 0.4, y > 0.0) for x, y in at} == {(False, False), (False, True), (True, False), (True, True)}
+
+
+def test_legs_carry_what_is_over_them(cell: Cell) -> None:
+    """Where a leg ends the pod begins, and what it carries is closed to below."""
+    bodies = {body.name: body for body in cell.pod.bodies}
+    for name in (*FRONT_LEGS, *REAR_LEGS):
+        middle, half = bodies[name].T_parent_shape[:3, 3], np.array(bodies[name].shape.size) / 2
+        assert middle[2] - half[2] == pytest.approx(0.0) and middle[2] + half[2] == pytest.approx(0.7990)
+        assert is_solid(cell, middle[0], middle[1], 0.8)
+    for x, y in ((0.1, 0.0), (0.3, 0.3), (0.43, -0.42), (0.7, 0.2)):
+        assert free_span(cell, np.array([x, y, 0.5]), axis=2)[1] < 0.82
+
+
+def test_a_pod_without_legs_is_solid_to_the_floor_as_before(cell: Cell, cell_copy: CellCopy) -> None:
+    cell_copy.yaml.replace(LEGS, "")
+    solid = cell_copy.load()
+    assert len(solids_at(solid, 0.4)) > len(solids_at(cell, 0.79)) * 20
+    assert free_span(solid, np.array([-0.2, 0.0, 0.4]), axis=0)[1] == pytest.approx(0.0)
+    bottom, others = solid.pod.bins["bin_K"], solid.pod.bins["bin_H"]
+    assert "body_below" in bottom.support and "body_below" not in others.support
+    for name, each in cell.pod.bins.items():
+        np.testing.assert_array_equal(each.T_carrier_place, solid.pod.bins[name].T_carrier_place)
+    assert solid.fingerprint != cell.fingerprint
+
+
+def test_legs_may_end_under_a_body_below_the_lowest_board(cell_copy: CellCopy) -> None:
+    cell_copy.yaml.replace(LEGS, LEGS.replace("}", ", height: 0.7}"))
+    cell = cell_copy.load()
+    assert free_span(cell, np.array([0.2, 0.0, 0.5]), axis=2) == (-np.inf, pytest.approx(0.7))
+    assert is_solid(cell, 0.2, 0.0, 0.75) and not is_solid(cell, 0.2, 0.0, 0.69)
+    assert "body_below" in cell.pod.bins["bin_J"].support
 
 
 def test_floors_are_named_and_no_two_bodies_alike(cell: Cell) -> None:

@@ -7,8 +7,8 @@ from itertools import pairwise
 from pickcli.cell.checks.references import refer, unique
 from pickcli.cell.makers.carrier_builder import build_carrier
 from pickcli.cell.makers.grid import place_names
-from pickcli.cell.makers.pod import flat_from
-from pickcli.cell.schemas.cell_schema import CellModel, PodModel, ToteModel
+from pickcli.cell.makers.pod import flat_from, underside
+from pickcli.cell.schemas.cell_schema import CellModel, LegsModel, PodModel, ToteModel
 from pickcli.cell.schemas.place_schema import BodiesModel, GridModel
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import OBSTACLE, POD, TOTE, UNKNOWN
@@ -17,7 +17,7 @@ from pickcli.files.source import Key, Source
 
 
 def check_pod(source: Source, pod: PodModel) -> None:
-    """Check that a pod's walls, boards and lips are in order, and that no two bins share a name.
+    """Check that a pod's walls, boards, lips and legs are in order, and that no two bins share a name.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -46,8 +46,21 @@ def check_pod(source: Source, pod: PodModel) -> None:
                 f"expected the underside of the board above, {lower.ceiling_front + gap:.4f} m, "
                 f"got {lower.ceiling_front:g}; correct it, floor_front above or board_thickness",
             )
+    if pod.legs is not None:
+        _check_legs(source, pod, pod.legs)
     keys: list[Key] = [("pod", "rows", i, "bins", j) for i in range(len(pod.rows)) for j in range(3)]
     unique(source, keys, [name for row in pod.rows for name in row.bins])
+
+
+def _check_legs(source: Source, pod: PodModel, legs: LegsModel) -> None:
+    """Report legs that meet each other, and those that reach into the lowest row."""
+    for name, across, size in (("width", pod.width, legs.width), ("depth", pod.depth, legs.depth)):
+        if not size < across / 2:
+            text = f"two legs of {size:g} m leave nothing open of the pod's {name}, {across:g} m"
+            source.add(("pod", "legs", name), f"{text}; correct one of the two")
+    if legs.height is not None and legs.height > underside(pod):
+        text = f"expected at most {underside(pod):.4f} m, the underside of the lowest board, got {legs.height:g}"
+        source.add(("pod", "legs", "height"), f"{text}; correct it, or leave it out")
 
 
 def _ascending(source: Source, *places: tuple[str, float]) -> None:

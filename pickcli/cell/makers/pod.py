@@ -1,8 +1,8 @@
 """Builds the pod from the figures in a cell file: oriented boxes and bins.
 
 Every board is a sloped slab, a flat slab behind it, and two bars at the front edge: a lip above the floor and
-one that hangs below the underside. The volumes below the lowest board, above the highest one and behind the
-back wall are solid, to keep the robot out.
+one that hangs below the underside. The volumes above the highest board and behind the back wall are solid, to
+keep the robot out; so is that below the lowest board, unless the pod stands on legs, between which it is open.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from pickcli.cell.station import POD, Pod
 from pickcli.geometry import pose
 
 BELOW = "body_below"  # the body under the lowest board
+FRONT_LEGS = ("leg_front_left", "leg_front_right")
+REAR_LEGS = ("leg_rear_left", "leg_rear_right")
 
 
 def build_pod(figures: PodModel) -> Pod:
@@ -29,7 +31,7 @@ def build_pod(figures: PodModel) -> Pod:
         The pod.
     """
     boards = [body for i in range(len(figures.rows)) for body in _row_bodies(figures, i)]
-    bodies = (*boards, *_frame_bodies(figures))
+    bodies = (*boards, *_frame_bodies(figures), *_leg_bodies(figures))
     displacement = Displacement(figures.displacement.x, figures.displacement.y, figures.displacement.yaw)
     bins = [b for row in figures.rows for b in _row_bins(figures, row)]
     return Pod(
@@ -73,6 +75,18 @@ def floor_names(row: RowModel) -> tuple[str, str]:
         The sloped and the flat part.
     """
     return f"{row_name(row)}_floor_slope", f"{row_name(row)}_floor_flat"
+
+
+def underside(figures: PodModel) -> float:
+    """Return the height at which the lowest board's underside is flat.
+
+    Args:
+        figures: The shelf as it stands in the cell file.
+
+    Returns:
+        m over the floor.
+    """
+    return figures.rows[-1].floor_front - figures.floor_drop - figures.board_thickness
 
 
 def _row_bodies(figures: PodModel, i: int) -> list[Body]:
@@ -120,31 +134,54 @@ def _front(figures: PodModel, name: str, depth: float, low: float, high: float) 
 def _frame_bodies(figures: PodModel) -> list[Body]:
     """Sides with their posts, back, and the solids that close the shelf above and below."""
     half, back, wall = figures.width / 2, figures.back_wall, figures.side_wall
-    top_row, bottom_row = figures.rows[0], figures.rows[-1]
+    top_row, low, high = figures.rows[0], _begin(figures), figures.height
     ceiling = top_row.ceiling_front + figures.board_thickness
-    ground = bottom_row.floor_front - figures.floor_drop - figures.board_thickness
     sides = []
     for side, sign in (("left", 1.0), ("right", -1.0)):
         inner = sign * wall
         sides += [
-            box(f"wall_{side}", *_span(0.0, back, inner, sign * half, figures.height)),
-            box(f"post_{side}", *_span(0.0, figures.post_depth, sign * figures.post, inner, figures.height)),
+            box(f"wall_{side}", *_span((0.0, back), (inner, sign * half), (low, high))),
+            box(f"post_{side}", *_span((0.0, figures.post_depth), (sign * figures.post, inner), (low, high))),
         ]
     return [
         *sides,
-        box("back", (back, -half, 0.0), (figures.depth, half, figures.height)),
-        box(BELOW, (0.0, -wall, 0.0), (back, wall, ground)),
+        box("back", (back, -half, low), (figures.depth, half, high)),
+        *([box(BELOW, (0.0, -wall, low), (back, wall, underside(figures)))] if _is_closed(figures) else []),
         *_board(figures, ceiling, ("ceiling_slope", "ceiling_flat")),
         _front(figures, "ceiling_lip", figures.hanging_lip_depth, top_row.hanging_lip, ceiling),
         box("body_above", (0.0, -wall, ceiling), (back, wall, figures.height)),
     ]
 
 
+def _begin(figures: PodModel) -> float:
+    """Height over the floor at which walls, posts and back begin, m."""
+    if figures.legs is None:
+        return 0.0
+    return underside(figures) if figures.legs.height is None else figures.legs.height
+
+
+def _is_closed(figures: PodModel) -> bool:
+    """Whether there is a solid below the lowest board."""
+    return _begin(figures) < underside(figures)
+
+
+def _leg_bodies(figures: PodModel) -> list[Body]:
+    """Legs from the floor to where the rest begins, if the pod has any."""
+    if figures.legs is None:
+        return []
+    outside, deep, x = figures.width / 2, figures.legs.depth, figures.depth
+    legs, inside = [], outside - figures.legs.width
+    for names, xs in ((FRONT_LEGS, (0.0, deep)), (REAR_LEGS, (x - deep, x))):
+        for name, sign in zip(names, (1.0, -1.0), strict=True):
+            legs.append(box(name, *_span(xs, (sign * inside, sign * outside), (0.0, _begin(figures)))))
+    return legs
+
+
 def _span(
-    x_0: float, x_1: float, y_0: float, y_1: float, height: float
+    x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Corners of an upright box that stands on the ground."""
-    return (x_0, min(y_0, y_1), 0.0), (x_1, max(y_0, y_1), height)
+    """Lower and upper corner of an upright box; its sides may be given in either order in y."""
+    return (x[0], min(y), z[0]), (x[1], max(y), z[1])
 
 
 def _row_bins(figures: PodModel, row: RowModel) -> list[Place]:
@@ -172,6 +209,7 @@ def _bin(
         floor_flat_from=flat_from(figures),
     )
     access = Access.from_front(mouth[1] - mouth[0], row.hanging_lip - z)
-    # The lowest board is thin: the pod's body under it is in contact tolerance of the items too.
-    support = (*floor_names(row), *((BELOW,) if row is figures.rows[-1] else ()))
+    # The lowest board is thin: a body of the pod right under it is in contact tolerance of the items too.
+    is_on_body = row is figures.rows[-1] and _is_closed(figures)
+    support = (*floor_names(row), *((BELOW,) if is_on_body else ()))
     return Place(name, POD, pose((0.0, y, z)), access, room, support)

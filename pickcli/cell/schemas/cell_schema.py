@@ -152,6 +152,21 @@ class DisplacementModel(FileModel):
     yaw: Annotated[float, Field(ge=0, le=0.5)] = Field(0.05235987755982989, description="rad, 0 to 0.5")
 
 
+class LegsModel(FileModel):
+    """The pod's four legs, alike, at the corners of its outside; between them the underside is open."""
+
+    width: Thickness = Field(description="m along y, from the outside inwards")
+    depth: Thickness = Field(description="m along x, from the front face and from the back inwards")
+    height: Size | None = Field(
+        None, description="m, from the floor to where the pod begins; its lowest board if left out"
+    )
+
+    @field_validator("height", mode="before")
+    @classmethod
+    def _not_forgotten(cls, height: object) -> object:
+        return not_blank(height, "m")
+
+
 class PodModel(FileModel):
     """Dimensions of the shelf in the pod frame."""
 
@@ -174,7 +189,13 @@ class PodModel(FileModel):
     board_thickness: Thickness = Field(description="m")
     floor_slope: Annotated[float, Field(gt=0, lt=0.7)] = Field(description="rad, how steeply the floor drops")
     floor_drop: Thickness = Field(description="m, from just behind the lip to the flat part")
+    legs: LegsModel | None = Field(None, description="what it stands on; without it is solid to the floor")
     rows: Annotated[tuple[RowModel, ...], Len(1, 32)] = Field(description="the rows, from the top")
+
+    @field_validator("legs")
+    @classmethod
+    def _not_empty(cls, part: Part) -> Part:
+        return _not_nothing(part)
 
 
 class ToteModel(FileModel):
