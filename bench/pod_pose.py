@@ -8,8 +8,10 @@ Kinect v2 and Carmine see it from a robot's waist, 1.3 to 1.6 m before it; the o
 Delft's robot, before a random bin. With ``--mount`` each camera is off its stated pose, within the bounds
 that Delft's cell states for the one on the gripper. With ``--any-view`` it is near any configuration of the
 arm, up to 100 mm aside and 29 degrees turned about each axis: many such looks have to be refused, which
-counts as a failure here. Bounds are kept if x, y, yaw and all of the front are within theirs. Times are
-processor time of one thread. ``--calibrate`` fits the factor of the bounds to usual and any views, and says
+counts as a failure here. Bounds are kept if x, y, yaw and all of the front are within theirs. Figures of
+legs are those of the start by the two front legs, before the whole pod is fitted; it says nothing where it
+does not see both. ``by_legs`` is the share of fits that began there. Times are processor time of one thread.
+``--calibrate`` fits the factor of the bounds to usual and any views, and says
 how often they hold for each draw with the factor that all others give; figures of other seeds are to be
 reported.
 """
@@ -35,7 +37,16 @@ from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import DepthPicture, measure_depth
 from pickcli.perception.floor_pose_bound import ROUNDING
-from pickcli.perception.pod_pose import EXACT, check_picture, fit_pod, front_of, locate_pod, refuse_doubtful
+from pickcli.perception.pod_legs import FrontLegs
+from pickcli.perception.pod_pose import (
+    EXACT,
+    PodStart,
+    check_picture,
+    fit_pod,
+    front_of,
+    locate_pod,
+    refuse_doubtful,
+)
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
 from pickcli.scene.scene import PlacedItem, Scene, empty_scene
 
@@ -107,6 +118,33 @@ def within(mount: MountError, rng: np.random.Generator) -> Array:
     return pose(shift, R=rotation_axis_angle(axis / np.linalg.norm(axis), turn))
 
 
+@dataclass(frozen=True)
+class FoundLegs:
+    """What the two front legs alone say of a draw.
+
+    Attributes:
+        position: mm, error of x and y together; NaN if they say nothing.
+        yaw: degrees, its error; NaN alike.
+        time: ms.
+    """
+
+    position: float
+    yaw: float
+    time: float
+
+
+def by_legs(cell: Cell, drawn: Draw) -> FoundLegs:
+    """Locate the pod by its front legs alone."""
+    began = thread_time()
+    legs = FrontLegs.of(cell)
+    offset = None if legs is None else legs.located(drawn.picture, cell.T_world_pod)
+    took = 1e3 * (thread_time() - began)
+    if offset is None:
+        return FoundLegs(np.nan, np.nan, took)
+    off = inverse(displaced(cell.T_world_pod, *offset)) @ drawn.T_world_pod
+    return FoundLegs(1e3 * float(np.hypot(*off[:2, 3])), float(np.degrees(abs(yaw_of(off)))), took)
+
+
 def measure(sensor_name: str, n: int, seed: int, mount: MountError, any_view: bool) -> dict[str, float]:
     """Locate the pod at random poses.
 
@@ -118,12 +156,14 @@ def measure(sensor_name: str, n: int, seed: int, mount: MountError, any_view: bo
         any_view: Whether cameras are anywhere.
 
     Returns:
-        Errors and bounds (mm and degrees), the share of bounds that are kept, failures and times (ms).
+        Errors and bounds (mm and degrees), the share of bounds that are kept, failures and times (ms), and
+        errors and times by the legs alone, errors only if any were seen.
     """
     cell = load_cell("apc2016_delft")
-    rows, failures = [], 0
+    rows, legs, failures = [], [], 0
     for k in range(n):
         drawn = draw(cell, sensor_name, seed, k, mount, any_view)
+        legs.append(by_legs(cell, drawn))
         began = thread_time()
         try:
             found = locate_pod(drawn.picture, cell, drawn.noise, mount)
@@ -139,15 +179,31 @@ def measure(sensor_name: str, n: int, seed: int, mount: MountError, any_view: bo
         rows.append((
             1e3 * np.hypot(*off[:2, 3]), np.degrees(abs(yaw_of(off))), 1e3 * front, took,
             1e3 * error.x, 1e3 * error.y, np.degrees(error.yaw), 1e3 * found.front_error, is_kept,
+            found.start is PodStart.LEGS,
         ))  # fmt: skip
     table = np.array(rows, dtype=np.float64)
-    figures = {}
+    figures = legs_figures(legs)
     for i, name in enumerate(("position_mm", "yaw_deg", "front_mm", "time_ms")):
         for of, share in (("median", 50), ("p95", 95), ("most", 100)):
             figures[f"{name}_{of}"] = float(np.percentile(table[:, i], share))
     for i, name in enumerate(("x_mm", "y_mm", "yaw_deg", "front_mm")):
         figures[f"bound_{name}_median"] = float(np.median(table[:, 4 + i]))
+    figures["by_legs"] = float(table[:, 9].mean())
     return {**figures, "bounds_kept": float(table[:, 8].mean()), "failures": failures}
+
+
+def legs_figures(legs: list[FoundLegs]) -> dict[str, float]:
+    """Figures of the legs alone."""
+    seen = [each for each in legs if np.isfinite(each.position)]
+    figures = {"legs_seen": len(seen) / len(legs)}
+    for name, values in (
+        ("legs_position_mm", [each.position for each in seen]),
+        ("legs_yaw_deg", [each.yaw for each in seen]),
+        ("legs_time_ms", [each.time for each in legs]),
+    ):
+        for of, share in (("median", 50), ("p95", 95), ("most", 100)) if values else ():
+            figures[f"{name}_{of}"] = float(np.percentile(values, share))
+    return figures
 
 
 def ratios(sensor_name: str, n: int, seed: int) -> list[float]:
@@ -158,7 +214,7 @@ def ratios(sensor_name: str, n: int, seed: int) -> list[float]:
         drawn = draw(cell, sensor_name, seed, k, EXACT, any_view=k >= n)
         try:
             check_picture(drawn.picture, drawn.noise)
-            fit = fit_pod(drawn.picture, cell, drawn.noise, cell.T_world_pod)
+            fit, _ = fit_pod(drawn.picture, cell, drawn.noise, cell.T_world_pod)
             refuse_doubtful(fit)
         except InputError:
             continue

@@ -77,18 +77,24 @@ def pod_lines(pod: PodEstimate, cell: Cell) -> list[str]:
         cell: The cell.
 
     Returns:
-        A line for its pose, one for the bounds of the error, and one for how much of the picture says so.
+        A line for its pose, one for the bounds of the error, one for how much of the picture says so, and,
+        where that is known, one for by what it was found.
     """
     from pickcli.cell.pod_tolerance import pod_stand
     from pickcli.geometry import inverse
+    from pickcli.perception.pod_pose import PodStart
 
     error = pod.error
+    begun = {PodStart.LEGS: "its two front legs", PodStart.BOXES: "all of its boxes"}
     within = f"{1e3 * error.x:.1f} mm in x, {1e3 * error.y:.1f} mm in y, {degrees(error.yaw):.2f} degrees"
-    return [
+    lines = [
         f"the pod stands {pod_stand(inverse(cell.T_world_pod) @ pod.T_world_pod)}",
         f"  within {within}; no point of its front is off by more than {1e3 * pod.front_error:.1f} mm",
         f"  {pod.explained:.0%} of {pod.n_pixels} pixels show it, the others items or what is before it",
     ]
+    return (
+        lines if pod.start is None else [*lines, f"  found from {begun[pod.start]}, then fitted as a whole"]
+    )
 
 
 def _bound(item: ItemObservation) -> tuple[str, str, str]:

@@ -1,12 +1,14 @@
 """Where the pod stands, from one depth picture: it is rendered, and fitted to what was measured.
 
-Team KTH (paper 000, section III-A) finds the two front legs in a slice of the cloud of a camera at the chest.
-Our pod has no legs, and all of it says more than two of its edges: items in it are outliers of a robust fit.
+Team KTH (paper 000, section III-A) finds the two front legs in a slice of the cloud of a camera at the waist.
+Where both are seen, and nothing else may be one, the fit begins there; else with all of its boxes. Either way
+all of the pod is fitted, which says more than two of its edges: items in it are outliers of a robust fit.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.perception.depth_picture import DepthPicture
 from pickcli.perception.pod_bound import front_bound, pod_bound
 from pickcli.perception.pod_fit import PodFit, PodFitter, ThinnedPicture
+from pickcli.perception.pod_legs import FrontLegs
 from pickcli.perception.pod_start import PodBoxes
 
 SCANNED, COARSE, FINE = 2_500, 10_000, 40_000  # pixels of the scan, of the first fits, and of the last one
@@ -37,7 +40,15 @@ WIDEST = Displacement(0.1, 0.1, 0.05)  # bounds that a scene may state (m, m and
 MOST_ASIDE = 0.1  # m of tolerance in y: with more the pod may be a bin beside, and look alike
 OUT_OF_RANGE = 2.0  # times the sensor's range, from which on depths are in another unit
 MEDIAN_STEP = 64  # pixels of which one counts for the median
+LEGS_OFF = np.array([0.01, 0.01, np.radians(1.0)])  # m, m and rad, by which legs and the whole pod may differ
 EXACT = MountError(0.0, 0.0)
+
+
+class PodStart(StrEnum):
+    """By what the fit of a pod began."""
+
+    LEGS = "legs"
+    BOXES = "boxes"
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +62,7 @@ class PodEstimate:
         front_error: m, bound of how far any point of its front is off.
         explained: Share of the pixels that should show it that is within 10 mm of it; others show items.
         n_pixels: Number of these pixels, of a thinned out picture.
+        start: By what its fit began; None where that is not known.
     """
 
     T_world_pod: Array
@@ -58,6 +70,7 @@ class PodEstimate:
     front_error: float
     explained: float
     n_pixels: int
+    start: PodStart | None = None
 
 
 def locate_pod(
@@ -88,7 +101,7 @@ def locate_pod(
         raise InputError(f"pod not located: it {aside}: bins beside look alike; narrow pod.displacement.y")
     check_picture(picture, noise)
     T_guess = cell.T_world_pod if T_world_guess is None else T_world_guess
-    fit = fit_pod(picture, cell, noise, T_guess)
+    fit, start = fit_pod(picture, cell, noise, T_guess)
     refuse_doubtful(fit)
     T_world_pod = displaced(T_guess, *fit.offset)
     error = pod_bound(fit, mount)
@@ -103,7 +116,7 @@ def locate_pod(
         where = pod_stand(inverse(T_guess) @ T_world_pod)
         raise InputError(f"pod not located: it fits best {where}, which is beyond its tolerance")
     front = front_bound(fit, mount, front_of(cell))
-    return PodEstimate(T_world_pod, error, front, fit.explained, fit.n_pixels)
+    return PodEstimate(T_world_pod, error, front, fit.explained, fit.n_pixels, start)
 
 
 def front_of(cell: Cell) -> Array:
@@ -140,8 +153,10 @@ def check_picture(picture: DepthPicture, noise: DepthModel) -> None:
         raise InputError(f"depth: {middle:.4g} m at the median, but {range_}; is it in another unit, as mm?")
 
 
-def fit_pod(picture: DepthPicture, cell: Cell, noise: DepthModel, T_world_guess: Array) -> PodFit:
-    """Fit the pod: drawn to points, scanned in y, and of the best places the best one fitted to more pixels.
+def fit_pod(
+    picture: DepthPicture, cell: Cell, noise: DepthModel, T_world_guess: Array
+) -> tuple[PodFit, PodStart]:
+    """Fit the pod, from where its legs are, or from the best places of its boxes.
 
     Args:
         picture: The picture.
@@ -150,11 +165,36 @@ def fit_pod(picture: DepthPicture, cell: Cell, noise: DepthModel, T_world_guess:
         T_world_guess: (4, 4) where the pod may stand.
 
     Returns:
-        The fit.
+        The fit, and by what it began.
 
     Raises:
         InputError: Too little is measured around the pod, or two places explain the picture as well.
     """
+    by_legs = _fitted_from_legs(picture, cell, noise, T_world_guess)
+    if by_legs is not None:
+        return by_legs, PodStart.LEGS
+    return _fitted_from_boxes(picture, cell, noise, T_world_guess), PodStart.BOXES
+
+
+def _fitted_from_legs(
+    picture: DepthPicture, cell: Cell, noise: DepthModel, T_world_guess: Array
+) -> PodFit | None:
+    """The pod fitted from where its legs are; None if they are not seen, or the picture does not agree."""
+    legs = FrontLegs.of(cell)
+    by_legs = None if legs is None else legs.located(picture, T_world_guess)
+    if by_legs is None:
+        return None
+    fitter = PodFitter.of(cell, T_world_guess)
+    start = np.clip(by_legs, -fitter.tolerance, fitter.tolerance)
+    scanned, coarse = (ThinnedPicture.of(picture, noise, most) for most in (SCANNED, COARSE))
+    near = _nearer(fitter, scanned, coarse, start)
+    fit = fitter.fitted(ThinnedPicture.of(picture, noise, FINE), near.offset, NARROW, 6)
+    agrees = (np.abs(fit.offset - start) <= LEGS_OFF).all()
+    return fit if agrees and _doubt(fit) is None else None
+
+
+def _fitted_from_boxes(picture: DepthPicture, cell: Cell, noise: DepthModel, T_world_guess: Array) -> PodFit:
+    """The pod drawn to points, scanned in y, and of the best places the best one fitted to more pixels."""
     boxes, fitter = PodBoxes.of(cell), PodFitter.of(cell, T_world_guess)
     coarse = ThinnedPicture.of(picture, noise, COARSE)
     points = boxes.around(coarse.points, T_world_guess)
@@ -206,24 +246,31 @@ def refuse_doubtful(fit: PodFit) -> None:
     Raises:
         InputError: It does not.
     """
+    if (doubt := _doubt(fit)) is not None:
+        raise InputError(f"pod not located: {doubt}")
+
+
+def _doubt(fit: PodFit) -> str | None:
+    """What is to be doubted of a fit, and what to do about it; None if nothing is."""
     if fit.explained < LEAST_EXPLAINED:
         found = f"only {100 * fit.explained:.0f} % of the points in its place lie on it where it fits best"
-        raise InputError(f"pod not located: {found}; does it stand within its tolerance, and is this it?")
+        return f"{found}; does it stand within its tolerance, and is this it?"
     if fit.through > MOST_THROUGH:
         found = f"{100 * fit.through:.0f} % of the points in its place are behind it where it fits best"
-        raise InputError(f"pod not located: {found}; does it stand within its tolerance, and is this it?")
+        return f"{found}; does it stand within its tolerance, and is this it?"
     if (fit.n_telling < LEAST_TELLING).any():
         few = " and ".join(
             f"{n:.0f} pixels along {axis}" for n, axis in zip(fit.n_telling, "xy", strict=True)
         )
         least = f"at least {LEAST_TELLING:.0f} are needed"
-        raise InputError(f"pod not located: only {few} tell where it is, {least}; show more of its sides")
+        return f"only {few} tell where it is, {least}; show more of its sides"
     error = pod_bound(fit, EXACT)
     if (np.abs(fit.step) > _numbers(error)).any():
-        raise InputError("pod not located: the fit does not settle; show more of the pod")
+        return "the fit does not settle; show more of the pod"
     if (_numbers(error) > _numbers(LARGEST)).any():
         off = f"{1e3 * error.x:.1f} mm in x, {1e3 * error.y:.1f} mm in y and {np.degrees(error.yaw):.2f}"
-        raise InputError(f"pod not located: what is seen leaves {off} degrees open; show more of its sides")
+        return f"what is seen leaves {off} degrees open; show more of its sides"
+    return None
 
 
 def _numbers(bounds: Displacement) -> Array:

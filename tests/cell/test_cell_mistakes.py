@@ -196,7 +196,7 @@ MISTAKES = {
     "legs that reach into the lowest row": (
         "0.03545, depth: 0.020}",
         "0.03545, depth: 0.020, height: 0.80}",
-        "pod.legs.height: expected at most 0.7990 m, the underside of the lowest board, got 0.8; correct it, or",
+        "pod.legs.height: expected at most 0.7990 m, the underside of the lowest board, got 0.8; correct it",
     ),
     "legs in mm": (
         "legs: {width: 0.03545",

@@ -170,7 +170,7 @@ def test_a_pod_without_legs_is_solid_to_the_floor_as_before(cell: Cell, cell_cop
 def test_legs_may_end_under_a_body_below_the_lowest_board(cell_copy: CellCopy) -> None:
     cell_copy.yaml.replace(LEGS, LEGS.replace("}", ", height: 0.7}"))
     cell = cell_copy.load()
-    assert free_span(cell, np.array([0.2, 0.0, 0.5]), axis=2) == (-np.inf, pytest.approx(0.7))
+    assert free_span(cell, np.array([0.2, 0.0, 0.5]), axis=2) == pytest.approx((-np.inf, 0.7))
     assert is_solid(cell, 0.2, 0.0, 0.75) and not is_solid(cell, 0.2, 0.0, 0.69)
     assert "body_below" in cell.pod.bins["bin_J"].support
 

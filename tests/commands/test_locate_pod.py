@@ -41,6 +41,9 @@ def test_a_pod_displaced_by_a_known_amount_is_found_and_told(shifted: Path, tmp_
     answer = apc("locate-pod", "--scene", shifted, *AT, "-o", path)
     assert answer.code == 0, answer.err
     assert "the pod stands +20.0 mm in x, -10.0 mm in y, +1.50 degrees off its place" in answer.out
+    assert (
+        "  found from all of its boxes, then fitted as a whole" in answer.out
+    )  # before a bin no leg is seen
     assert "  within " in answer.out and "no point of its front is off by more than" in answer.out
     told = json.loads(apc("locate-pod", "--scene", shifted, *AT, "-o", path, "--overwrite", "--json").out)
     off = told["displacement"]
@@ -66,6 +69,26 @@ def test_the_camera_at_the_waist_of_kth_finds_it(tmp_path: Path) -> None:
         assert apc(command, path).code == 0
 
 
+def test_where_both_legs_are_seen_they_are_where_the_fit_begins(tmp_path: Path, cell: Cell) -> None:
+    scene, path = tmp_path / "scene.json", tmp_path / "pod.json"
+    made = ("--cell", "apc2016_kth_picking", "--in", f"bin_H={ITEM}", "--pod-shift", "45,-30,2")
+    assert apc("make-scene", *made, "-o", scene).code == 0
+    answer = apc("locate-pod", "--scene", scene, "--camera", "chest", "-o", path)
+    assert answer.code == 0, answer.err
+    assert "  found from its two front legs, then fitted as a whole" in answer.out
+    assert json.loads(path.read_text())["pod"]["start"] == "legs"
+
+
+def test_a_file_from_before_starts_were_stated_is_read(pod: Path, cell: Cell, tmp_path: Path) -> None:
+    content = json.loads(pod.read_text())
+    assert content["pod"].pop("start") == "boxes"
+    path = tmp_path / "before.json"
+    path.write_text(json.dumps(content))
+    found = read_perceived(path, cell).pod
+    assert found is not None and found.start is None
+    assert "found from" not in apc("inspect", path).out and apc("check", path).code == 0
+
+
 def test_the_file_is_read_back_inspected_and_checked(pod: Path, cell: Cell) -> None:
     found = read_perceived(pod, cell).pod
     assert found is not None
@@ -83,6 +106,7 @@ def test_the_file_is_read_back_inspected_and_checked(pod: Path, cell: Cell) -> N
         (lambda pod: pod["pose"].update(position=[0.0, 0.0, 0.5]), "leans, or is not on the floor"),
         (lambda pod: pod.pop("pixels"), "pixels"),
         (lambda pod: pod.update(pixels=0), "pod.pixels"),
+        (lambda pod: pod.update(start="arms"), 'pod.start: expected "legs" or "boxes"'),
     ],
 )
 def test_mistakes_in_the_file_are_told(pod: Path, tmp_path: Path, change, told: str) -> None:  # type: ignore[no-untyped-def]

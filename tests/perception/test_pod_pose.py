@@ -19,6 +19,7 @@ from pickcli.perception.depth_picture import DepthPicture
 from pickcli.perception.pod_pose import EXACT, PodEstimate, locate_pod
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
 from pickcli.scene.scene import Scene
+from support.cell_copies import CellCopy
 from support.scene_files import make_scene
 
 KINECT = read_sensor(sensor_file("kinect_v2"))
@@ -150,11 +151,14 @@ def test_what_is_no_pod_is_refused(cell: Cell) -> None:
         locate_pod(DepthPicture(camera, T_WAIST, clutter), load_cell("ur5e_crates"), NOISE)
 
 
-def test_a_plane_before_the_pod_is_refused(cell: Cell) -> None:
-    """It shows nothing of y."""
+def test_a_plane_before_the_pod_is_refused(cell: Cell, cell_copy: CellCopy) -> None:
+    """It shows nothing of y: another place explains it as well, or any, if most of the front is flat."""
     wall = np.full((KINECT.camera.height, KINECT.camera.width), 1.45, np.float32)
-    with pytest.raises(InputError, match="pixels along y tell where it is"):
+    with pytest.raises(InputError, match=r"two places, .* explain the picture as well"):
         locate_pod(DepthPicture(KINECT.camera, T_WAIST, wall), cell, NOISE)
+    cell_copy.yaml.replace("  legs: {width: 0.03545, depth: 0.020}\n", "")  # the front is closed to the floor
+    with pytest.raises(InputError, match="pixels along y tell where it is"):
+        locate_pod(DepthPicture(KINECT.camera, T_WAIST, wall), cell_copy.load(), NOISE)
 
 
 @pytest.mark.parametrize("beyond", [(0.09, 0.0, 0.0), (0.0, 0.08, 0.0), (0.0, 0.0, 0.09)])

@@ -59,7 +59,9 @@ def _check_legs(source: Source, pod: PodModel, legs: LegsModel) -> None:
             text = f"two legs of {size:g} m leave nothing open of the pod's {name}, {across:g} m"
             source.add(("pod", "legs", name), f"{text}; correct one of the two")
     if legs.height is not None and legs.height > underside(pod):
-        text = f"expected at most {underside(pod):.4f} m, the underside of the lowest board, got {legs.height:g}"
+        text = (
+            f"expected at most {underside(pod):.4f} m, the underside of the lowest board, got {legs.height:g}"
+        )
         source.add(("pod", "legs", "height"), f"{text}; correct it, or leave it out")
 
 

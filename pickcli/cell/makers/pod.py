@@ -1,8 +1,8 @@
 """Builds the pod from the figures in a cell file: oriented boxes and bins.
 
 Every board is a sloped slab, a flat slab behind it, and two bars at the front edge: a lip above the floor and
-one that hangs below the underside. The volumes above the highest board and behind the back wall are solid, to
-keep the robot out; so is that below the lowest board, unless the pod stands on legs, between which it is open.
+one that hangs below the underside. The volumes above the highest board and behind the back wall are solid,
+to keep the robot out; so is that below the lowest board, unless the pod stands on legs, with nothing between.
 """
 
 from __future__ import annotations

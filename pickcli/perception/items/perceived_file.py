@@ -39,7 +39,7 @@ from pickcli.perception.items.perceived_schema import (
     PerceivedPoseModel,
 )
 from pickcli.perception.items.routing import ItemRoute
-from pickcli.perception.pod_pose import PodEstimate
+from pickcli.perception.pod_pose import PodEstimate, PodStart
 from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_checks import check_boxes
 from pickcli.scene.scene_file import pose_values
@@ -202,7 +202,8 @@ def _pod(source: Source, model: LocatedPodModel, cell: Cell) -> PodEstimate:
         source.add(("pod", "pose"), "leans, or is not on the floor; a pod is displaced by x, y and yaw only")
     elif not most.allows(inverse(cell.T_world_pod) @ T):
         source.add(("pod", "pose"), "is beyond the pod's tolerance in the cell; locate it again")
-    return PodEstimate(T, error, model.front_error, model.explained, model.pixels)
+    start = None if model.start is None else PodStart(model.start)
+    return PodEstimate(T, error, model.front_error, model.explained, model.pixels, start)
 
 
 def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> ItemObservation:
@@ -263,4 +264,5 @@ def _pod_values(pod: PodEstimate) -> dict[str, Any]:
         "front_error": pod.front_error,
         "explained": pod.explained,
         "pixels": pod.n_pixels,
+        "start": None if pod.start is None else pod.start.value,
     }

@@ -113,6 +113,7 @@ class LocatedPodModel(FileModel):
     front_error: float = Field(gt=0, le=0.2, description="m, above 0")
     explained: float = Field(ge=0, le=1, description="a share")
     pixels: int = Field(ge=1, description="a number of pixels, above 0")
+    start: Literal["legs", "boxes"] | None = Field(None, description='"legs" or "boxes"')
 
 
 class PerceivedModel(FileModel):
