@@ -105,11 +105,11 @@ def _things(bearings: Array, ranges: Array, step: float) -> list[ScannedThing]:
     is_of_it = np.abs(ranges - nearest[of_bin]) <= THICKNESS
     bounds = np.nonzero((np.diff(numbers) > GAP + 1) | (np.abs(np.diff(nearest)) > JUMP))[0] + 1
     firsts, lasts = np.r_[0, bounds], np.r_[bounds, len(numbers)] - 1
-    return [
-        _thing(numbers, nearest, int(i), int(j), step, bearings[at], ranges[at])
-        for i, j in zip(firsts, lasts, strict=True)
-        for at in [np.nonzero(is_of_it & (of_bin >= i) & (of_bin <= j))[0]]
-    ]
+    things = []
+    for i, j in zip(firsts, lasts, strict=True):
+        shows = is_of_it & (of_bin >= i) & (of_bin <= j)
+        things.append(_thing(numbers, nearest, int(i), int(j), step, bearings[shows], ranges[shows]))
+    return things
 
 
 def _thing(
