@@ -28,7 +28,7 @@ KEYS = (
     MotionKey("home", "bin_E", EMPTY),
     MotionKey("cam_J", "tote", EMPTY),
     MotionKey("bin_E", "drop_00_down", EMPTY),
-    MotionKey("cam_K", "cam_L", CENTRED),
+    MotionKey("bin_A", "cam_G", CENTRED),
     MotionKey("bin_L", "tote", CENTRED),
 )
 

@@ -26,8 +26,13 @@ from support.stored_kind import FEW_EDGES
 from support.tool_states import STRAIGHT
 
 # Each stands in the way around the sweep of the pod between two configurations, and not in the way that is
-# free for the pod in its place: so that is what is stored while they stand.
+# free for the pod in its place: so that is what is stored while they stand. Those of the pod are swept with it,
+# and smaller for that.
 POSTS = (
+    box("post_at_KL", (-0.62, -0.25, 0.80), (-0.43, -0.13, 0.97)),
+    box("post_at_KB", (-0.68, 0.17, 1.17), (-0.52, 0.33, 1.33)),
+)
+POD_POSTS = (
     box("post_at_KL", (-0.62, -0.25, 0.80), (-0.43, -0.13, 0.96)),
     box("post_at_KB", (-0.65, 0.38, 1.28), (-0.49, 0.54, 1.44)),
 )
@@ -39,7 +44,7 @@ def _posts_as_obstacles(cell: Cell) -> Cell:
 
 
 def _posts_of_the_pod(cell: Cell) -> Cell:
-    return with_parts(cell, pod=replace(cell.pod, bodies=(*cell.pod.bodies, *POSTS)))
+    return with_parts(cell, pod=replace(cell.pod, bodies=(*cell.pod.bodies, *POD_POSTS)))
 
 
 def _pod_poses(folder: Path, cell: Cell) -> dict[str, dict[object, PodPoses]]:
