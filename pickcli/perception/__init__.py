@@ -13,6 +13,8 @@ what is printed on them, and recognised.
 A `camera_picture` is taken from a viewpoint, and `perceived_places` are all that it shows with their items.
 `pod_pose` finds the pod: from its `pod_legs` in a `planar_scan`, or from a `pod_start`, by a `pod_fit`, with a
 `pod_bound` of the error, a `floor_pose_bound`.
+`pod_pose` finds the pod: from its `pod_legs` in a `planar_scan`, or from a `pod_start`, by a `pod_fit`, with
+a `pod_bound` of the error, a `floor_pose_bound`.
 `pallets` finds a pallet on the floor.
 `tracking` follows items on a conveyor.
 A `mount_calibration` finds it in several pictures, and the errors of cameras' mounts with it.

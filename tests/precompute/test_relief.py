@@ -26,8 +26,8 @@ from support.stored_kind import FEW_EDGES
 from support.tool_states import STRAIGHT
 
 # Each stands in the way around the sweep of the pod between two configurations, and not in the way that is
-# free for the pod in its place: so that is what is stored while they stand. Those of the pod are swept with it,
-# and smaller for that.
+# free for the pod in its place: so that is what is stored while they stand. Those of the pod are swept
+# with it, and smaller for that.
 POSTS = (
     box("post_at_KL", (-0.62, -0.25, 0.80), (-0.43, -0.13, 0.97)),
     box("post_at_KB", (-0.68, 0.17, 1.17), (-0.52, 0.33, 1.33)),
