@@ -11,8 +11,6 @@ what is not known in it.
 `items` finds the listed items of a place in one or several pictures with depth and colour; `textures` are
 what is printed on them, and recognised.
 A `camera_picture` is taken from a viewpoint, and `perceived_places` are all that it shows with their items.
-`pod_pose` finds the pod: from its `pod_legs` in a `planar_scan`, or from a `pod_start`, by a `pod_fit`, with a
-`pod_bound` of the error, a `floor_pose_bound`.
 `pod_pose` finds the pod: from its `pod_legs` in a `planar_scan`, or from a `pod_start`, by a `pod_fit`, with
 a `pod_bound` of the error, a `floor_pose_bound`.
 `pallets` finds a pallet on the floor.
