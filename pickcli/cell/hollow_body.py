@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.errors import InputError
 from pickcli.geometry import Array, pose, rotation_rpy
 
 N_AROUND = 12  # boxes of a ring
-MOST_SOLIDS = 16  # of one body: pybullet crashes on more
 THINNEST = 1e-6  # m, thinner cells are rounding
 
 
@@ -30,19 +28,10 @@ def solids_of(item: Item) -> tuple[Body, ...]:
 
     Returns:
         The solids in the item frame: its shape alone if it has no hollows.
-
-    Raises:
-        InputError: Its hollows divide it into more solids than the engine takes.
     """
     if not item.hollows:
         return (Body("", item.shape, np.eye(4)),)
-    found = tuple(_rings(item) if item.shape.kind is ShapeKind.CYLINDER else _cells(item))
-    if len(found) > MOST_SOLIDS:
-        raise InputError(
-            f"item {item.name}: its hollows divide it into {len(found)} solids, at most {MOST_SOLIDS} can be "
-            "simulated; state fewer or larger hollows"
-        )
-    return found
+    return tuple(_rings(item) if item.shape.kind is ShapeKind.CYLINDER else _cells(item))
 
 
 def _rings(item: Item) -> list[Body]:

@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 @click.option("--picture", "picture_path", type=PATH, metavar="FILE.png",
               help="Where to write the colour picture with the answers drawn over it.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True,
-              metavar="N", help="Which set of prints the items have; models know set 0, but with --sift this "
+              metavar="N", help="Which set of prints the items have; models know set 0, those of prints this "
                                 "one.")  # fmt: skip
 @sift_option()
 @deformed_option("and bounds of their poses allow for it")
@@ -75,8 +75,8 @@ def command(
     The camera sees the scene in colour and in depth with the noise of its sensor, or its pictures were
     recorded; of several, answers are what looks from two places agree on. What is in each bin is known by
     name, as an order says; where it is follows from the pictures alone. Each answer has a pose and a
-    confidence, and is refused with a reason where that is too low. With --sift a pose found by its print has
-    the right side in front, where shapes alone leave open which of several like sides that is.
+    confidence, and is refused with a reason where that is too low. A pose found by its print has the right
+    side in front, where shapes alone leave open which of several like sides that is.
 
     \b
     Example:

@@ -145,8 +145,9 @@ def refuse_stated(options: TrialOptions) -> None:
         UsageError: One of them was stated.
     """
     refuse_options_of_orders(OF_ORDERS, "streams")
-    if options.perception == "camera" and is_stated("pose_noise"):
-        raise click.UsageError("--pose-noise: a camera has errors of its own; leave it out")
+    if options.perception in ("camera", "truth") and is_stated("pose_noise"):
+        why = "a camera has errors of its own" if options.perception == "camera" else "there are no errors"
+        raise click.UsageError(f"--pose-noise: {why}; leave it out")
 
 
 def stream_task(
@@ -208,9 +209,10 @@ def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
     ]
     if record["offset_m"] is not None:
         offset, slip = record["offset_m"], record["slip_m_s"]
+        n_held = sum(each.met is not None for each in result.items)
         lines.append(
             f"tool off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
-            f"{1e3 * slip['p95']:.1f} mm/s along the belt (95th percentile of {record['attempted']} picks)"
+            f"{1e3 * slip['p95']:.1f} mm/s along the belt (95th percentile of {n_held} picks)"
         )
     others = [each for each in result.items if str(each.outcome) != "delivered"]
     lines += [f"{each.item}: {each.outcome}: {each.reason}" for each in others[:FEW]]

@@ -293,8 +293,7 @@ class TrialOptions:
         from pickcli.trial.trial_perception import PerceptionKind
 
         if kind is not PerceptionKind.CAMERA:
-            source = click.get_current_context().get_parameter_source("sift")
-            if self.sift is not SiftRule.NONE and source is ParameterSource.COMMANDLINE:
+            if self.sift is not SiftRule.NONE and is_stated("sift"):
                 raise click.UsageError("--sift: prints are looked for by cameras; add --perception camera")
             return SiftRule.NONE
         refuse_missing_opencv(self.sift, ", or cameras with --perception noise")
@@ -312,9 +311,8 @@ def refuse_stow_rule(orders: Iterable[Order]) -> None:
     """
     from pickcli.trial.order import OrderKind
 
-    is_stated = click.get_current_context().get_parameter_source("stow_rule") is ParameterSource.COMMANDLINE
     kinds = {order.kind for order in orders}
-    if is_stated and OrderKind.STOW not in kinds:
+    if is_stated("stow_rule") and OrderKind.STOW not in kinds:
         raise click.UsageError(f"--stow-rule is for stow orders, this is a {min(kinds)} order; leave it out")
 
 

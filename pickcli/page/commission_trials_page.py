@@ -30,7 +30,7 @@ def commission_trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocu
     statistics = CommissionStatistics(records)
     return PageDocument(
         kind="commission trials",
-        title=f"{len(records)} commissions",
+        title=f"{len(records)} trials of commissions",
         subtitle=f"{len(statistics.items)} items",
         facts=(
             Fact("success", _told(statistics.success)),

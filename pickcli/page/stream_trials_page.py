@@ -33,7 +33,7 @@ def stream_trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument
     statistics = StreamStatistics(records)
     return PageDocument(
         kind="stream trials",
-        title=f"{len(records)} streams",
+        title=f"{len(records)} trials of streams",
         subtitle=f"{len(statistics.items)} items",
         facts=(
             Fact("delivered", _told(statistics.delivered)),

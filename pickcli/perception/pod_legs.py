@@ -21,7 +21,7 @@ from pickcli.perception.planar_scan import PlanarScan, ScannedThing
 SLICE, BELOW_BINS = 0.10, 0.07  # m, KTH's: 0.63 to 0.73 m over the floor, where the legs end at 0.80 m
 LEAST_HEIGHT = 0.03  # m over the floor, where the slice may begin
 MARGIN = 0.06  # m around where the legs can be within the pod's tolerance, in which things may be mistaken
-NEAREST = 0.3  # m from the camera: what is nearer is not scanned
+NEAREST = 0.3  # m from the camera: what is nearer is no leg, but may hide one
 WIDER, BEARINGS = 0.3, 2.0  # share of its width and bearings by which a leg may look wider or narrower
 MOST_APART = 0.015  # m by which the distance of the legs may differ from the model's
 LEAST_RETURNS = 20  # of a leg

@@ -189,7 +189,7 @@ def _fitted_from_legs(
     scanned, coarse = (ThinnedPicture.of(picture, noise, most) for most in (SCANNED, COARSE))
     near = _nearer(fitter, scanned, coarse, start)
     fit = fitter.fitted(ThinnedPicture.of(picture, noise, FINE), near.offset, NARROW, 6)
-    agrees = (np.abs(fit.offset - start) <= LEGS_OFF).all()
+    agrees = (np.abs(fit.offset - by_legs) <= LEGS_OFF).all()
     return fit if agrees and _doubt(fit) is None else None
 
 
@@ -229,7 +229,8 @@ def _are_apart(one: PodFit, other: PodFit) -> bool:
 
 def _beside(offset: Array, aside: float, step: float) -> list[Array]:
     """Offsets (3,) that are up to so many m beside one in y."""
-    return [offset + np.array([0.0, y, 0.0]) for y in np.linspace(-aside, aside, 1 + 2 * round(aside / step))]
+    n = int(np.ceil(aside / step))  # to each side
+    return [offset + np.array([0.0, y, 0.0]) for y in np.linspace(-aside, aside, 1 + 2 * n)]
 
 
 def _scanned(fitter: PodFitter, picture: ThinnedPicture, offsets: list[Array], scale: float) -> list[Array]:

@@ -137,7 +137,8 @@ def plan_on_hand_lattice(
     settings = LatticePlannerSettings(AraStarSettings(max_expansions=most))
     found = plan_on_lattice(context.arm, checker, q_start, poses, settings)
     if found is None:
-        return Failures.of(Reason("no path", where, f"ARA* found none in {most} expansions"))
+        none = f"ARA* found none on its lattice in at most {most} expansions"
+        return Failures.of(Reason("no path", where, none))
     path = shortcut_once(checker, context.space, found.path)
     duration = estimated_duration(context.space, path.waypoints)
     return CoarsePath(path.waypoints, found.goal, duration, "lattice", searched=found)

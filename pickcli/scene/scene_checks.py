@@ -206,7 +206,7 @@ def check_upright(source: Source, scene: Scene) -> None:
         **{("places", name): (nominal[name], at.T_world_carrier) for name, at in scene.carriers.items()},
     }
     for key, (T_nominal, T) in actual.items():
-        lean = math.acos(min(1.0, float(T_nominal[:3, 2] @ T[:3, 2])))
+        lean = float(np.arccos(np.clip(T_nominal[:3, 2] @ T[:3, 2], -1.0, 1.0)))
         if lean > MAX_LEAN:
             text = f"leans by {math.degrees(lean):.0f} degrees; it stands upright, only its yaw is free: is "
             source.add((*key, "quaternion"), f"{text}the quaternion x, y, z, w?")

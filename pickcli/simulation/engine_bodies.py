@@ -14,12 +14,14 @@ import numpy as np
 from pickcli.cell.hollow_body import solids_of
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.errors import InputError
 from pickcli.geometry import GRAVITY, Array, to_quaternion
 from pickcli.scene.colours import Colour
 from pickcli.simulation.engine_client import pybullet as p
 from pickcli.simulation.engine_client import quiet
 
 SOLVER_ITERATIONS = 50
+MOST_SOLIDS = 16  # of one compound: pybullet crashes on more
 STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; friction of a pair is the product
 ITEM_FRICTION = 0.6
 ROLLING_FRICTION = 2e-4  # m, so that a rolling bottle comes to rest
@@ -247,10 +249,19 @@ class EngineBodies:
             T_world_item: (4, 4) pose.
             colour: Red, green, blue and opacity.
             mass: kg, the true mass if it differs from the stated one; distributed evenly over the shape.
+
+        Raises:
+            InputError: Its hollows divide it into more solids than the engine takes.
         """
         mass = item.mass if mass is None else mass
         if item.hollows:
-            self._create_compound(name, solids_of(item), mass, T_world_item, colour)
+            solids = solids_of(item)
+            if len(solids) > MOST_SOLIDS:
+                raise InputError(
+                    f"item {item.name}: its hollows divide it into {len(solids)} solids, at most "
+                    f"{MOST_SOLIDS} can be simulated; state fewer or larger hollows"
+                )
+            self._create_compound(name, solids, mass, T_world_item, colour)
         else:
             self._create(name, item.shape, mass, T_world_item, colour)
         self._masses[name] = mass

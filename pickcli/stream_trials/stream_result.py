@@ -15,7 +15,7 @@ class ItemOutcome(StrEnum):
     """What became of an item of a stream."""
 
     DELIVERED = "delivered"
-    LOST = "lost"  # attempted, and not where it was to be brought
+    LOST = "lost"  # attempted, or knocked off in an attempt at another, and not where it was to be brought
     NOT_ATTEMPTED = "not attempted"
 
 

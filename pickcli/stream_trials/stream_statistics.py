@@ -134,7 +134,11 @@ def _kind(item: Record) -> str:
 
 
 def _reasons(items: list[Record], outcome: ItemOutcome) -> Iterator[str]:
+    names = sorted({name for each in items for name in (each["item"], _kind(each))}, key=len, reverse=True)
     for item in items:
         if item["outcome"] == outcome:
-            told = str(item["reason"]).replace(item["item"], "it").replace(_kind(item), "it")
-            yield _QUERY.sub("no plan: ", told) or "no reason given"
+            told, own = _QUERY.sub("no plan: ", str(item["reason"])), (item["item"], _kind(item))
+            for name in names:
+                of = "it" if name in own else "another"
+                told = re.sub(rf"(?<![\w#]){re.escape(name)}(?![\w#])", of, told)
+            yield told or "no reason given"

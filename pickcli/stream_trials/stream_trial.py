@@ -25,7 +25,7 @@ from pickcli.planning.start_state import Start
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.scene.scene import PoseNoise
-from pickcli.seeds import derived_rng
+from pickcli.seeds import derived_rng, derived_seed
 from pickcli.simulation.execute import OnStep, execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.motion_recorder import MotionRecorder
@@ -207,7 +207,7 @@ class _StreamTrial:
     def _parking(self, believed: ItemStream) -> Plan | NoPlanError | None:
         """Plan to park the arm that acts; None if it is parked."""
         try:
-            return self.arms.parking(believed, self.t, self.request.seed + self.look)
+            return self.arms.parking(believed, self.t, derived_seed("parking", self.request.seed, self.look))
         except NoPlanError as error:
             return error
 
@@ -371,9 +371,12 @@ class _StreamTrial:
 
     def _world(self, true: ItemStream) -> World:
         """Return a world with what is truly on the belt now, and the arm that acts where it is."""
-        arms, seed = self.arms, self.request.seed + self.look
+        arms, seed = self.arms, self.request.seed
         scene = replace(true.scene_at(self.t), cell=arms.context.cell)
-        world = World(scene, arms.start.q, arms.start.tool_state, reality=self.request.reality, seed=seed)
+        world = World(
+            scene, arms.start.q, arms.start.tool_state, reality=self.request.reality,
+            seed=derived_seed("world", seed, self.look), seed_of_masses=seed,
+        )  # fmt: skip
         if true.speed > 0.0:
             world.run_belt(true.conveyor, true.speed)
         self.recorder.enter(world, self.t)

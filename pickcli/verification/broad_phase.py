@@ -1,10 +1,10 @@
 """Broad phase: lower bounds of the distances of all pairs over intervals of states, thousands at a time.
 
-It has two steps, each of which leaves few pairs and short intervals for the next; the rest is measured with
-the exact shapes. First every segment is cut into intervals, and the spheres around all parts are compared
-with all solids at the middle of each. Pairs that may be near there are then bounded by gaps across a few
-directions; intervals that these bounds do not decide are halved. Both steps subtract how far a pair moves
-from the middle of an interval to its ends.
+Each step leaves few pairs and short intervals for the next; the rest is measured with the exact shapes.
+Solids that are far from a whole segment are left out. The segment is cut into intervals, and the spheres
+around all parts are compared with the other solids at the middle of each. Pairs that may be near there are
+then bounded by gaps across a few directions; intervals that these bounds do not decide are halved. The last
+two steps subtract how far a pair moves from the middle of an interval to its ends.
 """
 
 from __future__ import annotations

@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.hollow import Hollow
-from pickcli.cell.hollow_body import MOST_SOLIDS, N_AROUND, solids_of
+from pickcli.cell.hollow_body import N_AROUND, solids_of
 from pickcli.cell.schemas.items_file import load_items
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.geometry import pose
 from pickcli.simulation.engine import Engine
+from pickcli.simulation.engine_bodies import MOST_SOLIDS
 from pickcli.simulation.suction import face_at
 from pickcli.simulation.world import TIME_STEP
 from support.hollow_items import are_in_any, points_around, rectangular_hollows, round_hollows
@@ -68,7 +69,9 @@ def test_too_many_pieces_are_one_clear_error(refused: Refused) -> None:
     hollows = tuple(
         Hollow(f"h{i}{j}", "+z", 0.03, None, (x, y)) for i, x in enumerate(spans) for j, y in enumerate(spans)
     )
-    message = refused(lambda: solids_of(replace(BOWL, shape=shape, hollows=hollows)))
+    item = replace(BOWL, shape=shape, hollows=hollows)
+    assert len(solids_of(item)) > MOST_SOLIDS
+    message = refused(lambda: Engine(TIME_STEP).add_item("bowl", item, np.eye(4), GREY))
     assert "item platinum_pets_dog_bowl: its hollows divide it into" in message
     assert "state fewer" in message
 

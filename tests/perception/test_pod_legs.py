@@ -134,8 +134,7 @@ def test_a_leg_that_is_not_there_is_not_made_up(hidden: tuple[str, ...]) -> None
 def test_a_leg_of_which_something_hides_a_part_is_no_leg(y: float, shift: float) -> None:
     offset = (0.0, 0.0, 0.0)
     before = upright(-0.5, (y + shift) * 0.95 / 1.45 + 0.1 * 0.5 / 1.45, (0.02, 0.025))
-    found = located(picture_of(offset, before))
-    assert found is None or is_right(found, offset)
+    assert located(picture_of(offset, before)) is None
 
 
 @pytest.mark.parametrize("x", [-0.1, 0.0, 0.2])
@@ -161,13 +160,13 @@ def test_of_two_legs_that_are_too_near_to_each_other_neither_is_the_pods() -> No
 
 @pytest.mark.parametrize("y", [-0.45, 0.45])
 def test_legs_of_a_person_beside_the_pod_are_wider(y: float) -> None:
-    """Beside a leg of the pod one is seen as what it is; before it hides it."""
+    """Beside a leg of the pod one is seen as what it is."""
     offset = (0.0, 0.0, 0.0)
     shape = Shape(ShapeKind.CYLINDER, (0.055, 0.9))
     for x, aside in ((-0.3, 0.0), (-0.1, 0.12), (0.1, 0.2)):
         person = RenderedSolid(OwnerKind.CARRIER, "shin", shape, pose((x, y + np.sign(y) * aside, 0.45)))
         found = located(picture_of(offset, person))
-        assert found is None or is_right(found, offset)
+        assert found is not None and is_right(found, offset)
 
 
 @settings(max_examples=60)
@@ -187,6 +186,7 @@ def test_whatever_stands_around_it_what_is_said_is_right(
     """With all legs there, an answer is right."""
     solids = [upright(x, y, (dx, dy), top) for x, y, dx, dy, top in things]
     found = located(picture_of(offset, *solids))
+    assert things or found is not None
     assert found is None or is_right(found, offset, within=0.008, turned=0.015)
 
 

@@ -116,6 +116,20 @@ def test_statistics_count_what_came_was_attempted_and_was_delivered() -> None:
     assert found.computing()["refusing_ms"]["median"] == 2.0
 
 
+def test_causes_name_neither_the_item_nor_another() -> None:
+    """A word of which a name is a part stays."""
+    told = "knocked off the belt in an attempt at can#4", "cup#2 cannot be held"
+    items = [
+        {"item": item, "outcome": "lost", "reason": reason, "attempts": 1}
+        for item, reason in zip(("ball#1", "cup#2"), told, strict=True)
+    ]
+    items.append({"item": "can#4", "outcome": "delivered", "reason": "", "attempts": 1})
+    found = StreamStatistics({"one": {"items": items}})
+    assert sorted(why for _, why in found.causes(ItemOutcome.LOST)) == [
+        "it cannot be held", "knocked off the belt in an attempt at another",
+    ]  # fmt: skip
+
+
 def test_causes_are_told_without_names_and_figures() -> None:
     found = StreamStatistics({**records("a", 0.0, range(3)), **records("b", 1.0, range(2))})
     assert found.causes(ItemOutcome.NOT_ATTEMPTED) == [(5, "no plan: it: too late: by … ms")]

@@ -282,7 +282,7 @@ def told_apart(
     for answer, route in zip(answers, routes, strict=True):
         told = replace(answer, route=route)
         alike = [name for name in route.twins if name in by_shape]
-        if answer.is_answer and answer.item.name in by_shape and alike:
+        if answer.is_answer and answer.found_by is FoundBy.SHAPE and alike:
             refusal = f"shape and colour do not tell it from {', '.join(alike)}"
             confidence = answer.confidence / (1 + len(alike))
             told = replace(told, refusal=refusal, confidence=confidence, bound=None)

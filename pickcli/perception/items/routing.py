@@ -115,7 +115,8 @@ def pixels_per_mm(camera: PinholeCamera, T_world_camera: Array, place: Place, T_
         T_world_place: (4, 4) its pose.
 
     Returns:
-        Pixels of a row, across the ray to the middle of the mouth; 0 if that is behind the camera.
+        Pixels of a row, in a plane parallel to the picture's through the middle of the mouth; 0 if that is
+        behind the camera.
     """
     T_camera_mouth = inverse(T_world_camera) @ T_world_place @ place.access.T_place_mouth
     depth = float(T_camera_mouth[2, 3])

@@ -152,6 +152,14 @@ def test_twins_that_no_print_tells_apart_are_refused(cell: Cell) -> None:
         assert all(each.is_answer and each.bound is not None for each in told)
 
 
+def test_of_copies_the_one_that_its_print_tells_is_not_refused(cell: Cell) -> None:
+    a, b = (plain_box(cell, name, (0.1, 0.06, 0.04)) for name in "ab")
+    routes = [ItemRoute(None, "", ("b",)), ItemRoute(None, "", ("b",)), ItemRoute(None, "", ("a",))]
+    by_print, copy, twin = told_apart([answer(a, FoundBy.PRINT), answer(a), answer(b)], routes)
+    assert by_print.is_answer and by_print.bound is not None and by_print.confidence == 0.996
+    assert "do not tell it from b" in copy.refusal and "do not tell it from a" in twin.refusal
+
+
 def test_pixels_per_mm_are_those_at_the_mouth(cell: Cell) -> None:
     place = cell.places["bin_E"]
     camera = PinholeCamera(1000.0, 1000.0, 320.0, 240.0, 640, 480)
