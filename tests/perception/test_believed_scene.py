@@ -9,8 +9,10 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.errors import InputError, NoPlanError, UnknownNameError
 from pickcli.geometry import inverse, pose
+from pickcli.motion.plan_file import motion_hash
 from pickcli.perception.believed_scene import believed_scene
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.perceived_file import Perceived
@@ -214,3 +216,21 @@ def test_nothing_is_taken_from_under_what_nobody_recognised(true_scene: Scene) -
                 plan_pick(context, scene, query, start, 1)
         else:
             assert verify(plan_pick(context, scene, query, start, 1), scene).certificate is not None
+
+
+def test_looks_that_answer_the_truth_within_bounds_lead_to_the_pick_of_bounded_errors(
+    true_scene: Scene,
+) -> None:
+    """By a camera exactly mounted, that sees all there is: nothing else of a look changes a plan."""
+    hand = true_scene.cell.cameras["hand"]
+    cell = replace(true_scene.cell, cameras={"hand": replace(hand, error=MountError(0.0, 0.0))})
+    seen = exact(true_scene, "bin_C")
+    believed = believed_scene(cell, [look(true_scene, seen)], everywhere_but(cell, "bin_C"))
+    assert believed.unknown == ()
+    bounded = replace(true_scene, cell=cell, noise=BOUND)
+    context, home = PlanningContext(cell), Start(cell.home.q, cell.home.tool_state)
+    one, other = (
+        plan_pick(context, scene, PickQuery("bin_C", ITEM), home, 3) for scene in (believed, bounded)
+    )
+    assert motion_hash(one) == motion_hash(other)
+    assert verify(one, believed).certificate is not None
