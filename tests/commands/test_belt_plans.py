@@ -109,7 +109,11 @@ def test_a_transit_by_ara_star_tells_its_bound_and_is_verified(stream: Path, tmp
 
 def test_too_few_expansions_are_no_plan(stream: Path, tmp_path: Path) -> None:
     words = ("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "--planner", "ara-star")
-    refused(apc(*words, "--expansions", "1", "-o", tmp_path / "p.json"), 5, "ARA* found none in 1 expansions")
+    refused(
+        apc(*words, "--expansions", "1", "-o", tmp_path / "p.json"),
+        5,
+        "ARA* found none on its lattice in at most 1 expansions",
+    )
     assert not (tmp_path / "p.json").exists()
 
 

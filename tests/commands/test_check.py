@@ -46,7 +46,7 @@ def test_a_warning_is_told_by_what_reads_the_file(cell_copy: CellCopy) -> None:
     cell_copy.yaml.replace("lead: 2.0", "lead: 20")
     answer = apc("inspect", cell_copy.folder)
     assert answer.code == 0 and answer.err.count("\n") == 1
-    assert "apc: warning: " in answer.err and "cell.yaml:105:22: devices.pump.lead: 20 s" in answer.err
+    assert "apc: warning: " in answer.err and "cell.yaml:109:22: devices.pump.lead: 20 s" in answer.err
     verbose = apc("inspect", cell_copy.folder, "-v").err
     assert verbose.count("devices.pump.lead: 20 s") == 1 and " INFO " in verbose
 
