@@ -276,16 +276,17 @@ class TrialOptions:
 
     def _perception_in(self, cell: Cell, orders: Iterable[Order]) -> PerceptionKind:
         """As stated, or by the kind of all orders and what the cell has."""
+        from pickcli.perception.viewpoints import refuse_unseen_bins, sees_all_bins
         from pickcli.trial.order import OrderKind
         from pickcli.trial.trial_perception import PerceptionKind
 
         if self.perception is not None:
-            return PerceptionKind(self.perception)
+            kind = PerceptionKind(self.perception)
+            if kind is PerceptionKind.CAMERA:
+                refuse_unseen_bins(cell)
+            return kind
         if is_stated("pose_noise") or any(order.kind is not OrderKind.PICK for order in orders):
             return PerceptionKind.NOISE
-
-        from pickcli.perception.viewpoints import sees_all_bins
-
         return PerceptionKind.CAMERA if sees_all_bins(cell) else PerceptionKind.NOISE
 
     def _sift_of(self, kind: PerceptionKind) -> SiftRule:

@@ -105,6 +105,20 @@ def sees_all_bins(cell: Cell) -> bool:
     )
 
 
+def refuse_unseen_bins(cell: Cell) -> None:
+    """Refuse a cell in which depth cameras do not see enough of a place that is not open above.
+
+    Args:
+        cell: The cell.
+
+    Raises:
+        InputError: They do not.
+    """
+    for place in cell.places.values():
+        if not place.access.is_from_above:
+            viewpoint_of(place, cell)
+
+
 def viewpoints_of(place: Place, cell: Cell) -> tuple[Viewpoint, ...]:
     """Choose several places from which to look into a place.
 

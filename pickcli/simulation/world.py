@@ -65,7 +65,6 @@ class World:
         tool_state: Initial state of the tool, its default state if None.
         reality: Deviations of this world from the planner's model.
         seed: Seed of all random deviations.
-        seed_of_masses: That of the true masses of items, if these are as in other worlds; ``seed`` if None.
         servo: Parameters of joint following; by default as in ``reality``.
         time_step: s.
     """
@@ -78,13 +77,11 @@ class World:
         *,
         reality: Reality = DEFAULT,
         seed: int = 0,
-        seed_of_masses: int | None = None,
         servo: Servo | None = None,
         time_step: float = TIME_STEP,
     ) -> None:
         self.scene, self.time_step = scene, time_step
         self.reality, self.seed = reality, seed
-        self._seed_of_masses = seed if seed_of_masses is None else seed_of_masses
         self._n_steps = 0
         self.servo = servo or (Servo() if reality.servo else IDEAL)
         self.planned = PlannedContacts()
@@ -93,7 +90,7 @@ class World:
         self.engine = Engine(time_step)
         self._model = Engine(time_step)  # only the robot, for its inverse dynamics
         add_statics(self.engine, scene)
-        add_items(self.engine, scene, true_masses(scene, reality, self._seed_of_masses))
+        add_items(self.engine, scene, true_masses(scene, reality, seed))
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
         self._looks_at_rest = {placed.id: 0 for placed in scene.items}
         self.belts: dict[str, RunningBelt] = {}
@@ -172,7 +169,7 @@ class World:
         """
         self.scene = replace(self.scene, items=(*self.scene.items, placed))
         alone = replace(self.scene, items=(placed,))
-        add_items(self.engine, alone, true_masses(alone, self.reality, self._seed_of_masses))
+        add_items(self.engine, alone, true_masses(alone, self.reality, self.seed))
         self._positions[placed.id], self._looks_at_rest[placed.id] = placed.T_world_item[:3, 3], 0
         self._remount(self.q.copy(), self.tool_state)
 

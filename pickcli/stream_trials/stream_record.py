@@ -12,15 +12,13 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import StaleError
 from pickcli.scene.item_stream import ItemStream
 from pickcli.scene.stream_file import read_stream
+from pickcli.stream_trials.stream_record_schema import refuse_bad_stream_record
 from pickcli.stream_trials.stream_result import StreamTrialResult
 from pickcli.stream_trials.stream_trial import StreamTrialRequest
 from pickcli.trial.record_kind import RecordKind
 
 COUNTS = "presented", "attempted", "delivered", "collisions", "limit_violations", "stops"
-KEYS = frozenset(
-    (*COUNTS, "speed_m_s", "duration_s", "delivered_per_minute", "slip_m_s", "offset_m", "items")
-)
-RECORDS = RecordKind("a stream", "apc-stream-trial", 3, KEYS)
+RECORDS = RecordKind("a stream", "apc-stream-trial", 3, check=refuse_bad_stream_record)
 
 
 def stream_record(

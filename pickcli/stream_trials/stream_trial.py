@@ -371,12 +371,9 @@ class _StreamTrial:
 
     def _world(self, true: ItemStream) -> World:
         """Return a world with what is truly on the belt now, and the arm that acts where it is."""
-        arms, seed = self.arms, self.request.seed
+        arms, seed = self.arms, derived_seed("world", self.request.seed, self.look)
         scene = replace(true.scene_at(self.t), cell=arms.context.cell)
-        world = World(
-            scene, arms.start.q, arms.start.tool_state, reality=self.request.reality,
-            seed=derived_seed("world", seed, self.look), seed_of_masses=seed,
-        )  # fmt: skip
+        world = World(scene, arms.start.q, arms.start.tool_state, reality=self.request.reality, seed=seed)
         if true.speed > 0.0:
             world.run_belt(true.conveyor, true.speed)
         self.recorder.enter(world, self.t)

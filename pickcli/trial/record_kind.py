@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -28,12 +29,14 @@ class RecordKind:
         format: The format that they state.
         version: And its version.
         keys: Fields that they must have.
+        check: Refuses, with an ``InputError``, content that readers cannot take: of the record and its file.
     """
 
     played: str
     format: str
     version: int
     keys: frozenset[str] = frozenset()
+    check: Callable[[Mapping[str, Any], str], None] | None = None
 
     def made_from(self, cell: Cell, seed: int, **played: Any) -> dict[str, Any]:
         """Say what a record was made from.
@@ -94,6 +97,8 @@ class RecordKind:
             )
         if lacking := self.keys - record.keys():
             raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
+        if self.check is not None:
+            self.check(record, str(path))
         return record
 
 

@@ -6,7 +6,7 @@ Records have further fields, not all of them in every cell; fields that are not 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -25,11 +25,16 @@ Points = Annotated[int, Field(gt=-(2**31), lt=2**31)]
 Figure = Annotated[float, Field(ge=-1e9, le=1e9)]
 
 
-class _Part(BaseModel):
+Part = TypeVar("Part", bound="RecordPart")
+
+
+class RecordPart(BaseModel):
+    """A part of a record; fields that it does not name are not checked."""
+
     model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
 
-class _Target(_Part):
+class _Target(RecordPart):
     bin: Text
     item: Text
     outcome: Text
@@ -37,7 +42,7 @@ class _Target(_Part):
     points: Points
 
 
-class _Reason(_Part):
+class _Reason(RecordPart):
     what: Text
     where: Text
     detail: Text
@@ -45,7 +50,7 @@ class _Reason(_Part):
     count: Annotated[int, Field(ge=1, le=MOST_SAME)]
 
 
-class _Collision(_Part):
+class _Collision(RecordPart):
     a: Text
     b: Text
     t_start: Figure
@@ -53,19 +58,19 @@ class _Collision(_Part):
     force: Figure
 
 
-class _Drop(_Part):
+class _Drop(RecordPart):
     item: Text
     height: Figure
     is_release: bool
 
 
-class _Moved(_Part):
+class _Moved(RecordPart):
     item: Text
     kind: Text
     moved: Figure
 
 
-class _Event(_Part):
+class _Event(RecordPart):
     device: Text
     action: Text
     t: Figure
@@ -73,7 +78,7 @@ class _Event(_Part):
     reading: bool | None
 
 
-class _Execution(_Part):
+class _Execution(RecordPart):
     stopped: Text
     collisions: list[_Collision]
     drops: list[_Drop]
@@ -81,15 +86,15 @@ class _Execution(_Part):
     events: list[_Event]
 
 
-class _Step(_Part):
+class _Step(RecordPart):
     execution: _Execution | None
 
 
-class _Plan(_Part):
+class _Plan(RecordPart):
     query: Text
 
 
-class _Attempt(_Part):
+class _Attempt(RecordPart):
     bin: Text
     item: Text
     out_of: Text
@@ -107,14 +112,14 @@ class _Attempt(_Part):
     parking: _Execution | None = None
 
 
-class _Tick(_Part):
+class _Tick(RecordPart):
     t: Figure
     node: Text
     target: Text
     status: Text
 
 
-class _Seen(_Part):
+class _Seen(RecordPart):
     place: Text
     item: Text
     refusal: Text
@@ -126,7 +131,7 @@ class _Seen(_Part):
     truly_off_surface_mm: Figure | None = None
 
 
-class _Look(_Part):
+class _Look(RecordPart):
     number: Count
     cameras: dict[Name, Annotated[list[Text], Field(min_length=2, max_length=2)]]
     items: list[_Seen]
@@ -134,33 +139,33 @@ class _Look(_Part):
     motion_s: Figure = 0.0
 
 
-class _ScoreLine(_Part):
+class _ScoreLine(RecordPart):
     points: Points
     subject: Text
     reason: Text
 
 
-class _Shift(_Part):
+class _Shift(RecordPart):
     x_mm: Figure
     y_mm: Figure
     yaw_deg: Figure
 
 
-class _ToteTouches(_Part):
+class _ToteTouches(RecordPart):
     reason: Text
     duration_s: Figure
     bound: _Shift | None = None
     truly_off: _Shift | None = None
 
 
-class _MadeFrom(_Part):
+class _MadeFrom(RecordPart):
     order: Text
     seed: int
     cell: Text
     scene_hash: Text
 
 
-class _Record(_Part):
+class _Record(RecordPart):
     score: Points
     max_score: Count
     items: list[_Target]
@@ -183,6 +188,30 @@ class _Record(_Part):
     made_from: _MadeFrom
 
 
+def valid_record(record: Mapping[str, Any], model: type[Part], where: str) -> Part:
+    """Check the fields of a record against a model.
+
+    Args:
+        record: JSON values by name, of the right format and version.
+        model: The fields that are checked.
+        where: Name of the file, for messages.
+
+    Returns:
+        The fields.
+
+    Raises:
+        InputError: The record has faults: each with its field.
+    """
+    try:
+        return model.model_validate(record)
+    except ValidationError as error:
+        found = causes(error)
+        faults = [f"{_place(detail['loc'])}: {explain(model, detail['loc'], detail)}" for detail in found]
+        more = [f"and {len(found) - MAX_REPORTED} more"] if len(found) > MAX_REPORTED else []
+        lines = [f"{where}: no sound record of a trial; play it again:", *faults[:MAX_REPORTED], *more]
+        raise InputError("\n  ".join(lines)) from None
+
+
 def refuse_bad_record(record: Mapping[str, Any], where: str) -> None:
     """Refuse a trial record with missing or malformed fields that its readers need.
 
@@ -193,14 +222,7 @@ def refuse_bad_record(record: Mapping[str, Any], where: str) -> None:
     Raises:
         InputError: The record has faults: each with its field; or its points do not add up.
     """
-    try:
-        valid = _Record.model_validate(record)
-    except ValidationError as error:
-        found = causes(error)
-        faults = [f"{_place(detail['loc'])}: {explain(_Record, detail['loc'], detail)}" for detail in found]
-        more = [f"and {len(found) - MAX_REPORTED} more"] if len(found) > MAX_REPORTED else []
-        lines = [f"{where}: no sound record of a trial; play it again:", *faults[:MAX_REPORTED], *more]
-        raise InputError("\n  ".join(lines)) from None
+    valid = valid_record(record, _Record, where)
     if fault := _false_sum(valid):
         raise InputError(f"{where}: no sound record of a trial, {fault}; play it again")
 

@@ -8,6 +8,7 @@ from click.testing import CliRunner
 
 from pickcli.cell.cell_file import load_workcell
 from pickcli.commands.trial_options import TrialOptions, trial_options
+from pickcli.errors import InputError
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
@@ -36,11 +37,16 @@ def told(words: tuple[str, ...], *kinds: OrderKind) -> str:
         (("--cell", "ur5e_crates"), "noise, prints by none"),
         (("--cell", "apc2016_kth_picking"), "noise, prints by none"),
         (("--cell", "apc2016_delft_pinch"), "noise, prints by none"),
-        (("--cell", "ur5e_crates", "--perception", "camera"), "camera, prints by auto"),
+        (("--cell", "apc2016_delft", "--perception", "camera"), "camera, prints by auto"),
     ],
 )
 def test_cameras_are_looked_by_where_they_see_into_all_bins(words: tuple[str, ...], said: str) -> None:
     assert told(words, OrderKind.PICK, OrderKind.PICK) == said
+
+
+def test_cameras_that_do_not_see_into_the_bins_are_refused_before_any_work() -> None:
+    with pytest.raises(InputError, match="no depth camera of apc2016_kth_picking sees half of its room"):
+        told(("--cell", "apc2016_kth_picking", "--perception", "camera"), OrderKind.PICK)
 
 
 def test_what_is_stowed_is_seen_with_bounded_errors_unless_it_is_stated() -> None:

@@ -72,6 +72,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "pod_path": PERCEIVED,
         "order_path": ORDER, "recorded": RECORDING,
     },
+    "show-routes": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "order_path": ORDER},
     "locate-pod": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "recorded": PICTURE},
     "locate-tote": {"cell_name": CELL, "roadmap": STORE, "trajectories": STORE},
     "believe": {"paths": PERCEIVED, "cell_name": CELL, "items_path": ITEMS, "tote_path": TOTE},
@@ -141,7 +142,7 @@ ALSO_READ = {  # besides what the table names
     ("show", "path", STACKED), ("inspect", "path", STACKED), ("inspect", "path", PALLET),
     ("run-trial", "order_path", STREAM), ("run-trial", "order_path", PALLET),
     ("run-trial", "order_path", STACKED), ("run-trial", "order_path", COMMISSION),
-    ("run-trials", "order_paths", COMMISSION),
+    ("run-trials", "order_paths", COMMISSION), ("run-trials", "order_paths", STREAM),
     ("locate-pod", "recorded", RECORDING),
     ("verify", "plan_path", STACKED), ("verify", "plan_path", DRIVE),
 }  # fmt: skip
@@ -245,6 +246,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     if command in ("perceive", "locate-pod"):
         right |= {"output": out.with_suffix(".json")}
         right |= {} if (command, name) == ("perceive", "recorded") else {"name": "hand", "at": "cam_C"}
+    if command == "show-routes":
+        right |= {"name": "hand", "at": "cam_C"}
     if command == "import-tsr":
         right["output"] = out.with_suffix(".yaml")
     if command == "show-strategy":

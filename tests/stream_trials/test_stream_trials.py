@@ -28,6 +28,7 @@ from pickcli.page.stream_trials_page import stream_trials_page
 from pickcli.stream_trials.published_experiments import beside_paper
 from pickcli.stream_trials.stream_comparison import STREAMS
 from pickcli.stream_trials.stream_job import StreamJob
+from pickcli.stream_trials.stream_record import RECORDS
 from pickcli.stream_trials.stream_result import ItemOutcome
 from pickcli.stream_trials.stream_statistics import StreamStatistics
 from pickcli.stream_trials.stream_trials import TRIALS, stream_summary
@@ -267,3 +268,25 @@ def test_a_named_task_and_conditions_reach_the_record(tmp_path: Path) -> None:
     assert (made["rule"], made["perception"], made["camera"]["rate"]) == ("pr2-2013", "camera", 10.0)
     assert list(made["cells"]) == ["pr2_belt"] and told["totals"]["presented"] == 2
     assert told["totals"]["collisions"] == told["totals"]["limit_violations"] == 0
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("delivered", "x", "delivered: expected a valid integer"), ("collisions", None, "collisions: "),
+        ("items", [1], "items[0]: expected an object"), ("items", "x", "items: expected"),
+        ("speed_m_s", "x", "speed_m_s: expected"), ("delivered", 0, "delivered is 0, but items has"),
+        ("presented", 0, "presented is 0, but items has"), ("items", [], "but items has 0"),
+    ],
+)  # fmt: skip
+def test_an_edited_record_is_refused_with_its_field(
+    key: str, value: object, told: str, tmp_path: Path
+) -> None:
+    (record,) = records("a", 0.0, range(1)).values()
+    path = tmp_path / "trial.json"
+    path.write_text(json.dumps(record))
+    assert RECORDS.read(path)["presented"] == record["presented"]
+    path.write_text(json.dumps({**record, key: value}))
+    with pytest.raises(InputError) as error:
+        RECORDS.read(path)
+    assert told in str(error.value) and str(path) in str(error.value)

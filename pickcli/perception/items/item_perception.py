@@ -267,7 +267,7 @@ def _answers(look: PlaceLook) -> tuple[ItemObservation, ...]:
 def told_apart(
     answers: Sequence[ItemObservation], routes: Sequence[ItemRoute]
 ) -> tuple[ItemObservation, ...]:
-    """State the routes of answers, and refuse those that nothing tells from their twins.
+    """State the routes of answers, and doubt those that look like what is meant, but show no print.
 
     Args:
         answers: By what the joint decision of the place found.
@@ -275,7 +275,8 @@ def told_apart(
 
     Returns:
         The answers. One by shape is refused if a twin was not found by its print either: which of the two it
-        is would be a guess.
+        is would be a guess. One whose print was looked for and not recognised has no bound: another item of
+        about its shape, that nobody listed, may be there.
     """
     by_shape = {each.item.name for each in answers if each.found_by is FoundBy.SHAPE}
     out = []
@@ -286,6 +287,8 @@ def told_apart(
             refusal = f"shape and colour do not tell it from {', '.join(alike)}"
             confidence = answer.confidence / (1 + len(alike))
             told = replace(told, refusal=refusal, confidence=confidence, bound=None)
+        elif answer.found_by is FoundBy.SHAPE and route.views is not None:
+            told = replace(told, bound=None)
         out.append(told)
     return tuple(out)
 

@@ -10,7 +10,7 @@ looked for, too. Where items are is still decided for all of a place together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -144,9 +144,9 @@ def _twins_of(item: Item, items: Sequence[Item]) -> tuple[str, ...]:
 
 
 def _are_alike(one: Item, other: Item) -> bool:
-    """Whether shape and colour do not tell two items apart."""
+    """Whether shape and colour do not tell two items apart; what is printed on them looks as nobody knows."""
     extents, others = np.sort(one.shape.extents), np.sort(other.shape.extents)
     if one.shape.kind is not other.shape.kind or np.abs(extents - others).max() > LIKE_SIZE:
         return False
-    shares, of_other = product_model(one).label_shares, product_model(other).label_shares
+    shares, of_other = (product_model(replace(each, is_printed=False)).label_shares for each in (one, other))
     return float(np.sqrt(shares * of_other).sum()) >= LIKE_COLOUR

@@ -121,6 +121,7 @@ def test_twins_are_of_like_colour_and_like_shape(cell: Cell) -> None:
         "b": (plain_box(cell, "b", (0.04, 0.102, 0.06)), True),  # the same, lying
         "longer": (plain_box(cell, "longer", (0.12, 0.06, 0.04)), False),
         "blue": (plain_box(cell, "blue", (0.1, 0.06, 0.04), (40, 40, 200)), False),
+        "printed": (replace(a, name="printed", is_printed=True), True),
         "round": (replace(a, name="round", shape=Shape(ShapeKind.CYLINDER, (0.03, 0.1))), False),
     }
     for name, (other, are_twins) in cases.items():
@@ -150,6 +151,17 @@ def test_twins_that_no_print_tells_apart_are_refused(cell: Cell) -> None:
     ):  # what is left is the other
         told = told_apart([answer(a, found_by[0]), answer(b, found_by[1])], routes)
         assert all(each.is_answer and each.bound is not None for each in told)
+
+
+def test_what_shows_no_print_that_was_looked_for_has_no_bound(cell: Cell) -> None:
+    """Something else of about its shape, that nobody listed, may be there."""
+    item = cell.item("dove_beauty_bar", 2016)
+    for views, found_by, has_bound in (
+        (SiftViews.ALL, FoundBy.SHAPE, False), (SiftViews.ALL, FoundBy.PRINT, True),
+        (None, FoundBy.SHAPE, True),
+    ):  # fmt: skip
+        (told,) = told_apart([answer(item, found_by)], [ItemRoute(views)])
+        assert told.is_answer and (told.bound is not None) == has_bound
 
 
 def test_of_copies_the_one_that_its_print_tells_is_not_refused(cell: Cell) -> None:
