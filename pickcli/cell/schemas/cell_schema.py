@@ -189,7 +189,9 @@ class PodModel(FileModel):
     board_thickness: Thickness = Field(description="m")
     floor_slope: Annotated[float, Field(gt=0, lt=0.7)] = Field(description="rad, how steeply the floor drops")
     floor_drop: Thickness = Field(description="m, from just behind the lip to the flat part")
-    legs: LegsModel | None = Field(None, description="legs under the lowest board; without them the pod is solid to the floor")
+    legs: LegsModel | None = Field(
+        None, description="legs under the lowest board; without, solid to the floor"
+    )
     rows: Annotated[tuple[RowModel, ...], Len(1, 32)] = Field(description="the rows, from the top")
 
     @field_validator("legs")
