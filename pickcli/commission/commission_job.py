@@ -11,8 +11,7 @@ from pickcli.commission.commission_folder import write_commission_folder
 from pickcli.commission.commission_record import commission_record
 from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_trial import CommissionRequest, play_commission
-from pickcli.errors import InputError
-from pickcli.jobs.job import Key, sources_digest
+from pickcli.jobs.job import Key, refuse_other_sources
 from pickcli.jobs.job_result import JobResult
 from pickcli.monte_carlo.trial_job import packed_folder
 from pickcli.planning.planning_context import PlanningContext
@@ -98,8 +97,7 @@ class CommissionJob:
         Raises:
             InputError: This process runs another version of the program than the caller.
         """
-        if self.sources != sources_digest():
-            raise InputError("a worker runs another version of the program; install the same one there")
+        refuse_other_sources(self.sources)
         name, seed = key
         each, request = self.commissions[name], replace(self.conditions, seed=int(seed))
         played = play_commission(request, each.station, each.context)

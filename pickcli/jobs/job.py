@@ -10,6 +10,7 @@ from typing import Protocol, TypeAlias
 
 import pickcli
 from pickcli.cell.fingerprint import digest
+from pickcli.errors import InputError
 from pickcli.jobs.job_result import JobResult
 from pickcli.kernel import _kernel
 
@@ -83,3 +84,16 @@ def sources_digest(without: Collection[str] = ()) -> str:
     parts = {str(path): root / path for path in paths if path.parts[0] not in without}
     parts["kernel"] = Path(_kernel.__file__)  # which may be elsewhere during its development
     return digest([[name, hashlib.sha256(parts[name].read_bytes()).hexdigest()] for name in sorted(parts)])
+
+
+def refuse_other_sources(sources: str) -> None:
+    """Refuse a job of another version of the program, which a worker elsewhere may be given.
+
+    Args:
+        sources: ``sources_digest`` of the program that made the job.
+
+    Raises:
+        InputError: This process runs another version of the program.
+    """
+    if sources != sources_digest():
+        raise InputError("a worker runs another version of the program; install the same one there")

@@ -11,7 +11,7 @@ from typing import Any
 
 from pickcli.cell.fingerprint import digest
 from pickcli.errors import InputError, Reason
-from pickcli.jobs.job import Key, sources_digest
+from pickcli.jobs.job import Key, refuse_other_sources
 from pickcli.jobs.job_result import JobResult
 from pickcli.trial.order import Order
 from pickcli.trial.played_trial import TrialConditions, TrialRequest, play_trial, stowed_scene
@@ -84,8 +84,7 @@ class TrialJob:
         Raises:
             InputError: This process runs another version of the program than the caller.
         """
-        if self.sources != sources_digest():
-            raise InputError("a worker runs another version of the program; install the same one there")
+        refuse_other_sources(self.sources)
         name, seed = key
         request = TrialRequest(self.orders[name], self.order_files[name], self.conditions, int(seed))
         try:

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from pickcli.cell.fingerprint import digest
-from pickcli.errors import InputError
-from pickcli.jobs.job import Key, sources_digest
+from pickcli.jobs.job import Key, refuse_other_sources
 from pickcli.jobs.job_result import JobResult
 from pickcli.monte_carlo.trial_job import packed_folder
 from pickcli.planning.planning_context import PlanningContext
@@ -99,8 +98,7 @@ class StreamJob:
         Raises:
             InputError: This process runs another version of the program than the caller.
         """
-        if self.sources != sources_digest():
-            raise InputError("a worker runs another version of the program; install the same one there")
+        refuse_other_sources(self.sources)
         name, seed = key
         each = self.streams[name]
         request = replace(each.request, seed=int(seed))
