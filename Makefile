@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 ORDER ?= jsk_pick_sample
 SEED ?= 1
+PERCEPTION ?= noise
 CASES ?= 20000
 SIGHT ?= 1500
 KERNEL_SOURCES := pickcli/kernel/CMakeLists.txt $(shell find pickcli/kernel/src -type f)
@@ -26,7 +27,7 @@ $(VENV)/.installed: requirements-dev.lock pyproject.toml CMakeLists.txt $(KERNEL
 	touch $@
 
 run: install
-	$(BIN)/apc run-trial $(ORDER) --seed $(SEED) --overwrite
+	$(BIN)/apc run-trial $(ORDER) --seed $(SEED) --perception $(PERCEPTION) --overwrite
 
 # A worker per core; a file stays on one worker, so that what its tests share is made once. In the end the slowest are told.
 PYTEST := $(BIN)/python -m pytest -n logical --no-loadscope-reorder --durations 40 --durations-min 3

@@ -116,13 +116,14 @@ class _Trial:
         cell = self.before.cell
         self.bonus = item_bonuses(cell, order)
         limit = time_limit(order) if settings.time_limit is None else settings.time_limit
-        self.runner = AttemptRunner(interfaces, settings, limit, self._say)
         self.tools = [each.robot.tool for each in (interfaces.cells or {"": cell}).values()]
+        states = target_states(order, cell, self.bonus, self.tools)
+        self.on_progress(Progress(0, len(states), "looking into all places"))
+        self.runner = AttemptRunner(interfaces, settings, limit, self._say)
         self.bins: dict[str, tuple[str, ...]] = {}
         if order.kind is OrderKind.STOW:
             choices = assign_bins(order, cell, self.bonus, self.tools, settings.stow_rule)
             self.bins = {choice.item: choice.bins for choice in choices}
-        states = target_states(order, cell, self.bonus, self.tools)
         self.targets = TargetList(order, states, self.runner.perception.homes(self.runner.last_scene))
         self.memory = AttemptMemory()
         self.toppling = TopplingMemory(any(tool.pushing_state is not None for tool in self.tools))

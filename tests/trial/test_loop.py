@@ -508,6 +508,7 @@ def test_progress_counts_up_to_all_targets(cell: Cell) -> None:
     run_trial(ORDER, ScriptedTrial(scene_of(ORDER, cell)).interfaces(), on_progress=seen.append)
     done = [progress.done for progress in seen]
     assert done == sorted(done)
+    assert (seen[0].done, seen[0].total, seen[0].what) == (0, 4, "looking into all places")
     assert (seen[-1].done, seen[-1].total) == (4, 4)
     assert any("planning" in each.what and "s left" in each.what for each in seen)
 
