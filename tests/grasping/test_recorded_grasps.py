@@ -24,7 +24,7 @@ from pickcli.grasping.recorded_grasp import (
 )
 from pickcli.grasping.recorded_grasp_file import read_recorded_grasps, write_recorded_grasps
 from pickcli.motion.plan import Plan
-from pickcli.path_planning.lattice_planner import plan_on_lattice
+from pickcli.path_planning.lattice_planner import LatticePlan, plan_on_lattice
 from pickcli.path_planning.workspace_lattice import HandGoals
 from pickcli.scene.scene import empty_scene
 from pickcli.verification.verify import certifier
@@ -212,7 +212,7 @@ def test_all_pregrasps_that_pass_are_one_goal_set_of_the_planner() -> None:
     checker = context().checker_for(empty_scene(cell()), Mode(home().tool_state))
     goals = HandGoals(poses, np.array([each.q_pregrasp for each in passed]))
     plan = plan_on_lattice(arm, checker, home().q, goals)
-    assert plan is not None and checker.is_valid_path(plan.path.waypoints)
+    assert isinstance(plan, LatticePlan) and checker.is_valid_path(plan.path.waypoints)
     assert np.allclose(arm.tip(plan.path.waypoints[-1], home().tool_state), poses[plan.goal], atol=1e-5)
 
 
