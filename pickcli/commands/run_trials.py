@@ -15,8 +15,9 @@ from pickcli.commands.options import json_option
 from pickcli.commands.people_options import PeopleOptions, people_options, refuse_people
 from pickcli.commands.played_commission import is_commission
 from pickcli.commands.played_commissions import play_commission_files
-from pickcli.commands.played_stream import is_stream, refuse_stream_rule, stream_rule_option
+from pickcli.commands.played_stream import is_stream
 from pickcli.commands.played_streams import play_stream_files
+from pickcli.commands.stream_plan_options import StreamPlanOptions, refuse_stream_plan, stream_plan_options
 from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.commands.trials_output import (
     TrialsFolder,
@@ -81,14 +82,15 @@ def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value:
     "--overwrite", is_flag=True,
     help="Replace trials.json, trials.html and the files of trials in a folder that exists.",
 )  # fmt: skip
-@stream_rule_option
+@stream_plan_options
 @people_options
 @trial_options
 @scheduler_option
 @json_option
 def command(
     order_paths: tuple[Path, ...], seeds: tuple[int, ...], output: Path, overwrite: bool,
-    stream_rule: str, people: PeopleOptions, options: TrialOptions, scheduler: str | None, as_json: bool,
+    planned_by: StreamPlanOptions, people: PeopleOptions, options: TrialOptions, scheduler: str | None,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Play orders with many seeds, and report the distribution of scores.
 
@@ -110,14 +112,14 @@ def command(
 
     folder = TrialsFolder(output, overwrite, scheduler, as_json)
     if are_all(order_paths, is_commission, "a commission"):
-        refuse_stream_rule()
+        refuse_stream_plan()
         play_commission_files(order_paths, seeds, folder, options, people)
         return
     refuse_people()
     if are_all(order_paths, is_stream, "a stream"):
-        play_stream_files(order_paths, seeds, folder, options, stream_rule)
+        play_stream_files(order_paths, seeds, folder, options, planned_by)
         return
-    refuse_stream_rule()
+    refuse_stream_plan()
     workcell = load_workcell(options.cell_name, options.items_path)
     reality = read_reality(options.reality_path)
     cells = options.cells(workcell)

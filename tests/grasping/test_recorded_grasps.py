@@ -15,7 +15,12 @@ from pickcli.cell.cell import Cell
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import Array, inverse, pose
-from pickcli.grasping.recorded_filters import chase_cosine, chase_filter, kinematic_filter
+from pickcli.grasping.recorded_filters import (
+    chase_cosine,
+    chase_filter,
+    filter_grasps,
+    kinematic_filter,
+)
 from pickcli.grasping.recorded_grasp import (
     USUAL_DISTANCE,
     RecordedGrasp,
@@ -194,6 +199,25 @@ def test_grasps_of_another_tool_and_items_out_of_reach_leave_none() -> None:
     grasp = coming_from(np.eye(3)[2])
     assert kinematic_filter([replace(grasp, tool_state="half open")], on_the_belt(), context().arm) == ()
     assert kinematic_filter([grasp], pose((5.0, 0.0, 0.7)), context().arm) == ()
+
+
+def test_each_grasp_that_is_removed_is_told_with_its_filter_and_why() -> None:
+    above, behind = coming_from(np.eye(3)[2]), coming_from(np.eye(3)[1])
+    from_below = replace(above, T_item_pregrasp=pose((0.0, 0.0, 1.2), R=DOWN[:3, :3]), source="stated")
+    far = replace(above, T_item_grasp=pose((0.0, 0.0, 3.0), R=DOWN[:3, :3]))
+    other = replace(above, item="crayola_24_ct")
+    recorded, item = (other, behind, above, from_below, far), (above.item, above.year)
+    found = filter_grasps(recorded, item, on_the_belt(), BELT, context().arm)
+    assert found.kept == (above,)
+    assert [str(reason).split(", ")[0] for reason in found.removed] == [
+        "recorded grasp 2: chase filter: it runs after the item",
+        "recorded grasp 4 (stated): kinematic filter: the arm does not reach its pregrasp in a posture in "
+        "which it reaches its grasp",
+        "recorded grasp 5: kinematic filter: the arm does not reach its grasp",
+    ]
+    assert "0 degrees from its velocity, over 30 is asked for" in str(found.removed[0])
+    resting = filter_grasps(recorded, item, on_the_belt(), np.zeros(3), context().arm)
+    assert behind in resting.kept and len(resting.removed) == 2
 
 
 def test_all_pregrasps_that_pass_are_one_goal_set_of_the_planner() -> None:
