@@ -181,8 +181,17 @@ def test_a_trial_is_played_with_filtered_grasps_and_ara_star_and_tells_both(tmp_
     for named, content in (("some", recorded()), ("none", recorded()[::2])):
         write_recorded_grasps(content, context().cell, tmp_path / f"{named}.json")
     write_stream(items, tmp_path / "one.json")
-    words = ("run-trial", tmp_path / "one.json", "--arm", "left", "--perception", "truth", "--stream-rule")
-    words = (*words, "pr2-2013", "--planner", "ara-star", "--expansions", "200", "--grasps")
+    played_as = ("run-trial", tmp_path / "one.json", "--arm", "left", "--perception", "truth")
+    words = (
+        *played_as,
+        "--stream-rule",
+        "pr2-2013",
+        "--planner",
+        "ara-star",
+        "--expansions",
+        "200",
+        "--grasps",
+    )
     played = apc(*words, tmp_path / "some.json", "-o", tmp_path / "some")
     assert played.code == 0 and "1 transits by ARA*, proven to cost at most " in played.out, played.err
     record = json.loads((tmp_path / "some" / "trial.json").read_text())
