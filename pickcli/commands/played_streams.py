@@ -12,6 +12,7 @@ from pickcli.commands.stream_plan_options import StreamPlanOptions
 from pickcli.commands.trial_options import TrialOptions
 from pickcli.commands.trials_output import (
     TrialsFolder,
+    cause_lines,
     cell_files,
     content_digest,
     named_files,
@@ -22,8 +23,6 @@ from pickcli.commands.trials_output import (
 
 if TYPE_CHECKING:
     from pickcli.stream_trials.stream_job import StreamJob, StreamTask
-
-MOST_TOLD = 5  # causes that are printed; the page lists more
 
 
 def play_stream_files(
@@ -105,11 +104,8 @@ def _lines(summary: Mapping[str, Any]) -> list[str]:
         *_met(summary),
         *_bounds(summary["cost_bound"]),
         *_planning(summary["statistics"]),
-        *(
-            f"not attempted {each['items']} times: {each['why']}"
-            for each in summary["not_attempted"][:MOST_TOLD]
-        ),
-        *(f"lost {each['items']} times: {each['why']}" for each in summary["lost"][:MOST_TOLD]),
+        *cause_lines("not attempted", summary["not_attempted"], "items", "why"),
+        *cause_lines("lost", summary["lost"], "items", "why"),
     ]
 
 

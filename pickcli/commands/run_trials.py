@@ -20,8 +20,10 @@ from pickcli.commands.played_streams import play_stream_files
 from pickcli.commands.stream_plan_options import StreamPlanOptions, refuse_stream_plan, stream_plan_options
 from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.commands.trials_output import (
+    MOST_CAUSES,
     TrialsFolder,
     are_all,
+    cause_lines,
     cell_files,
     content_digest,
     played_trials,
@@ -38,7 +40,6 @@ if TYPE_CHECKING:
 
 MOST_SEEDS = 10_000
 LARGEST_SEED = 2**31 - 1
-MOST_CAUSES = 5  # that are printed; the page lists more
 
 
 def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value: str) -> tuple[int, ...]:
@@ -219,7 +220,7 @@ def _lines(report: TrialsReport) -> list[str]:
         ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in summary["totals"].items()),
         *_times(summary["motion_s"], clock),
         f"failed in {', '.join(f'{stage} {n}' for stage, n in summary['failed_in'].items())}",
-        *(f"missed {each['targets']} times: {each['cause']}" for each in summary["causes"][:MOST_CAUSES]),
+        *cause_lines("missed", summary["causes"], "targets", "cause"),
         *(
             [f"and {more} other causes: see {PAGE}"]
             if (more := len(summary["causes"]) - MOST_CAUSES) > 0
