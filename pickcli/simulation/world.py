@@ -65,8 +65,6 @@ class World:
         tool_state: Initial state of the tool, its default state if None.
         reality: Deviations of this world from the planner's model.
         seed: Seed of all random deviations.
-        item_seed: Seed of what the items truly are, their masses; None for ``seed``. Worlds that follow one
-            another with the same items have one.
         servo: Parameters of joint following; by default as in ``reality``.
         time_step: s.
     """
@@ -79,13 +77,12 @@ class World:
         *,
         reality: Reality = DEFAULT,
         seed: int = 0,
-        item_seed: int | None = None,
         servo: Servo | None = None,
         time_step: float = TIME_STEP,
     ) -> None:
         self.scene, self.time_step = scene, time_step
         self.reality, self.seed = reality, seed
-        self.item_seed = seed if item_seed is None else item_seed
+        self._item_seed = seed
         self._n_steps = 0
         self.servo = servo or (Servo() if reality.servo else IDEAL)
         self.planned = PlannedContacts()
@@ -94,12 +91,22 @@ class World:
         self.engine = Engine(time_step)
         self._model = Engine(time_step)  # only the robot, for its inverse dynamics
         add_statics(self.engine, scene)
-        add_items(self.engine, scene, true_masses(scene, reality, self.item_seed))
+        add_items(self.engine, scene, true_masses(scene, reality, seed))
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
         self._looks_at_rest = {placed.id: 0 for placed in scene.items}
         self.belts: dict[str, RunningBelt] = {}
         self._ground = ground_of(scene)
         self._mount(q, tool_state or self.robot.tool.default_state)
+
+    def reseed(self, seed: int) -> None:
+        """Draw what happens from now on by another seed; what the items truly are stays.
+
+        Worlds that follow one another with the same items begin with one seed, and go on with their own.
+
+        Args:
+            seed: The seed.
+        """
+        self.seed = seed
 
     def run_belt(self, name: str, speed: float) -> None:
         """Let a conveyor that stood run at a constant speed, and its items come along at that speed.
@@ -173,7 +180,7 @@ class World:
         """
         self.scene = replace(self.scene, items=(*self.scene.items, placed))
         alone = replace(self.scene, items=(placed,))
-        add_items(self.engine, alone, true_masses(alone, self.reality, self.item_seed))
+        add_items(self.engine, alone, true_masses(alone, self.reality, self._item_seed))
         self._positions[placed.id], self._looks_at_rest[placed.id] = placed.T_world_item[:3, 3], 0
         self._remount(self.q.copy(), self.tool_state)
 

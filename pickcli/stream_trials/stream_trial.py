@@ -385,12 +385,10 @@ class _StreamTrial:
 
     def _world(self, true: ItemStream) -> World:
         """Return a world with what is truly on the belt now, and the arm that acts where it is."""
-        arms, seed = self.arms, derived_seed("world", self.request.seed, self.look)
+        arms, seed = self.arms, derived_seed("items", self.request.seed)
         scene = replace(true.scene_at(self.t), cell=arms.context.cell)
-        world = World(
-            scene, arms.start.q, arms.start.tool_state, reality=self.request.reality, seed=seed,
-            item_seed=derived_seed("items", self.request.seed),
-        )  # fmt: skip
+        world = World(scene, arms.start.q, arms.start.tool_state, reality=self.request.reality, seed=seed)
+        world.reseed(derived_seed("world", self.request.seed, self.look))
         if true.speed > 0.0:
             world.run_belt(true.conveyor, true.speed)
         self.recorder.enter(world, self.t)
