@@ -138,6 +138,8 @@ def write_trials(folder: Path, report: TrialsReport, page: bytes, replace: bool)
     Raises:
         InputError: A file cannot be written.
     """
+    if replace:
+        (folder / SUMMARY).unlink(missing_ok=True)  # it is about other trials than those that follow
     for name, files in report.files.items():
         (folder / name).mkdir(exist_ok=True)
         for file, content in files.items():

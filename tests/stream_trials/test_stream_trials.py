@@ -364,3 +364,19 @@ def test_an_edited_record_is_refused_with_its_field(
     with pytest.raises(InputError) as error:
         RECORDS.read(path)
     assert told in str(error.value) and str(path) in str(error.value)
+
+
+def test_a_run_over_another_one_that_is_ended_as_it_writes_is_no_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The summary of the former one is gone, and that of its trials not there yet."""
+    played(ScriptedStreams(("a",)), tmp_path / "run")
+
+    def ended(path: Path, *rest: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pickcli.monte_carlo.trials_folder.write_bytes", ended)
+    with pytest.raises(KeyboardInterrupt):
+        played(ScriptedStreams(("a",), inputs="fedcba9876543210"), tmp_path / "run", replaced=True)
+    with pytest.raises(InputError, match="its run was interrupted"):
+        TRIALS.read(tmp_path / "run")
