@@ -88,10 +88,10 @@ def is_true(asked: Asked) -> bool:
     """Whether the search without any bound finds no plan either."""
     with (
         mock.patch.object(axis_intercept, "too_late_by", lambda *args: -np.inf),
-        mock.patch.object(axis_intercept, "WIDELY", np.inf),
+        mock.patch.object(axis_intercept, "WIDELY_LATE", np.inf),
         mock.patch.object(axis_windows, "least_times", lambda *args: np.array([-np.inf])),
         mock.patch.object(arm_intercept, "why_unreached", lambda *args: None),
-        mock.patch.object(arm_intercept, "WIDELY", np.inf),
+        mock.patch.object(arm_intercept, "WIDELY_LATE", np.inf),
         mock.patch.object(arm_intercept, "SOONEST", 0.5),
         mock.patch.object(arm_intercept, "MOST_MET", MOST_MET),
     ):

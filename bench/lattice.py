@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.cell_file import load_workcell
+from pickcli.errors import Reason
 from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.ara_star import AraStarSettings
 from pickcli.path_planning.lattice_planner import LatticePlan, LatticePlannerSettings, plan_on_lattice
@@ -42,10 +43,11 @@ class Searched:
 
 
 def search(query: BenchmarkQuery, settings: AraStarSettings) -> LatticePlan | None:
-    """Search one query."""
+    """Search one query; None if no path is found."""
     arm = Arm(query.cell.robot)
     goals = HandGoals(arm.tips(query.goals, query.planning.tool_state), query.goals)
-    return plan_on_lattice(arm, query.planning, query.start, goals, LatticePlannerSettings(settings))
+    found = plan_on_lattice(arm, query.planning, query.start, goals, LatticePlannerSettings(settings))
+    return None if isinstance(found, Reason) else found
 
 
 def searched(query: BenchmarkQuery, expansions: int, exact: int) -> Searched:

@@ -17,7 +17,7 @@ from pickcli.commands.command import emit_json
 from pickcli.commands.configuration_option import parse_start, start_option
 from pickcli.commands.experience_session import ExperienceSession, experience_session, learn_option
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, FiniteRange, NumberType
+from pickcli.commands.option_types import FiniteRange
 from pickcli.commands.options import (
     approach_option,
     drop_from_option,
@@ -28,12 +28,13 @@ from pickcli.commands.options import (
     seed_option,
 )
 from pickcli.commands.plan_verification import certified
+from pickcli.commands.recorded_options import RecordedOptions, recorded_options
 from pickcli.commands.report import plan_summary, plan_text
 from pickcli.commands.scene_options import refuse_held, scene_or_empty
-from pickcli.commands.trial_options import is_stated
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
+    from pickcli.errors import Reason
     from pickcli.motion.plan import Plan
     from pickcli.planning.arm_choice import ArmSuitability
     from pickcli.planning.planning_context import PlanningContext
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
-USUAL, ARA_STAR = "usual", ("ara-star", "ARA*")  # the latter as apc compare-planners has it
 
 
 @dataclass(frozen=True)
@@ -148,8 +148,9 @@ class PlanOptions:
         return load_context(cell, self.roadmap, self.trajectories)
 
     def deliver(
-        self, plan: Plan, scene: Scene, is_judged: bool = False, ranked: Sequence[ArmSuitability] = ()
-    ) -> None:
+        self, plan: Plan, scene: Scene, is_judged: bool = False, ranked: Sequence[ArmSuitability] = (),
+        removed: Sequence[Reason] = (),
+    ) -> None:  # fmt: skip
         """Verify a plan if requested, write it and print its summary.
 
         Args:
@@ -157,6 +158,7 @@ class PlanOptions:
             scene: The scene in which it is to be executed.
             is_judged: Whether it was already verified, if requested.
             ranked: Ranking of the arms, the best first, if the arm was chosen.
+            removed: Recorded grasps that filters removed, and why.
 
         Raises:
             RejectedError: The verifier rejects the plan; nothing is written.
@@ -169,9 +171,11 @@ class PlanOptions:
         write_plan(plan, self.output, self.overwrite)
         if self.as_json:
             why = [{**asdict(arm), "against": arm.against and str(arm.against)} for arm in ranked]
-            emit_json({**plan_summary(plan, self.output), **({"arms_ranked": why} if why else {})})
+            told = [{"grasp": each.where, "by": each.what, "why": each.detail} for each in removed]
+            more = {"arms_ranked": why, "removed_grasps": told}
+            emit_json({**plan_summary(plan, self.output), **{key: more[key] for key in more if more[key]}})
         else:
-            click.echo("\n".join([*map(str, ranked), plan_text(plan, self.output)]))
+            click.echo("\n".join([*map(str, (*ranked, *removed)), plan_text(plan, self.output)]))
 
 
 @dataclass(frozen=True)
@@ -194,31 +198,18 @@ class PickOptions(PlanOptions):
 
 
 @dataclass(frozen=True)
-class RecordedPickOptions(PickOptions):
+class RecordedPickOptions(PickOptions, RecordedOptions):
     """The options of a pick whose grasps may have been recorded.
 
     Attributes:
-        grasps_path: File of recorded grasps; None if grasps come from elsewhere.
         upright: Degrees, the most that the held item is tilted; None for any.
-        planner: What plans the transit to the grasps.
-        expansions: Most expansions of ARA*.
     """
 
-    grasps_path: Path | None
     upright: float | None
-    planner: str
-    expansions: int
 
     def _context(self, cell: Cell) -> PlanningContext:
-        from dataclasses import replace
-
-        from pickcli.grasping.recorded_grasp_file import read_recorded_grasps
-
         upright = None if self.upright is None else math.radians(self.upright)
-        recorded = None if self.grasps_path is None else read_recorded_grasps(self.grasps_path, cell)
-        context = super()._context(cell).keeping_upright(upright)
-        context = context.with_lattice_transits(self.expansions if self.planner in ARA_STAR else None)
-        return context if recorded is None else replace(context, recorded=recorded)
+        return self.planned_by(super()._context(cell).keeping_upright(upright))
 
     def refuse_contradictions(self) -> None:
         """Refuse options that exclude each other, and a plan in place of the file of grasps.
@@ -227,15 +218,9 @@ class RecordedPickOptions(PickOptions):
             UsageError: Grasps come from two sources, or an option is stated that another planner has.
             InputError: The plan would replace the file of grasps.
         """
-        from pickcli.planning.pick_settings import GraspApproach
-
-        if self.planner not in ARA_STAR and is_stated("expansions"):
-            raise click.UsageError(f"--expansions limits ARA*; add --planner {ARA_STAR[0]}, or leave it out")
-        if self.grasps_path is None:
-            return
-        if self.approach != GraspApproach.LINES:
-            raise click.UsageError("--grasps and --approach both say where grasps come from; name one")
-        refuse_output(self.output, self.overwrite, self.grasps_path)
+        self.refuse_beside(self.approach)
+        if self.grasps_path is not None:
+            refuse_output(self.output, self.overwrite, self.grasps_path)
 
 
 def verify_option(function: F) -> F:
@@ -277,20 +262,7 @@ def recorded_pick_options(function: F) -> F:
         "--upright", type=FiniteRange(0.0, 90.0, min_open=True), metavar="DEG",
         help="Tilt the held item by no more than this, from how it stands when it is taken.  [default: any]",
     )(_pick_options(RecordedPickOptions)(function))  # fmt: skip
-    function = click.option(
-        "--expansions", type=NumberType(1, 1_000_000), default=300, show_default=True,
-        help="Maximum expansions of ARA* for one transit.",
-    )(function)  # fmt: skip
-    function = click.option(
-        "--planner", type=click.Choice([USUAL, *ARA_STAR], case_sensitive=False), default=USUAL,
-        show_default=True,
-        help="What plans the transit to the grasps: stored motions, the roadmap and RRT-Connect; or ARA* on "
-             "a lattice of hand poses, with a proven bound on its cost (the PR2 at its conveyor, 2013).",
-    )(function)  # fmt: skip
-    return click.option(
-        "--grasps", "grasps_path", type=PATH, metavar="FILE",
-        help="Choose from recorded grasps alone (see apc record-grasp).",
-    )(function)  # fmt: skip
+    return recorded_options(function)
 
 
 def _pick_options(kind: type[PickOptions]) -> Callable[[F], F]:

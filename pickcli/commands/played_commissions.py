@@ -18,6 +18,7 @@ from pickcli.commands.played_commission import (
 from pickcli.commands.trial_options import TrialOptions, refuse_options_of_orders
 from pickcli.commands.trials_output import (
     TrialsFolder,
+    cause_lines,
     cell_files,
     content_digest,
     named_files,
@@ -28,8 +29,6 @@ from pickcli.commands.trials_output import (
 
 if TYPE_CHECKING:
     from pickcli.commission.commission_job import CommissionJob
-
-MOST_TOLD = 5  # causes and failed steps that are printed; the page lists more
 
 
 def play_commission_files(
@@ -103,8 +102,8 @@ def _lines(summary: Mapping[str, Any]) -> list[str]:
         f"{handling['median']:.0f} s in the median, {handling['max']:.0f} s at most",
         ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in summary["totals"].items()),
         *_people(summary["people"]),
-        *(f"no success {each['trials']} times: {each['cause']}" for each in summary["causes"][:MOST_TOLD]),
-        *(f"failed {each['steps']} times: {each['why']}" for each in summary["failed_steps"][:MOST_TOLD]),
+        *cause_lines("no success", summary["causes"], "trials", "cause"),
+        *cause_lines("failed", summary["failed_steps"], "steps", "why"),
     ]
 
 

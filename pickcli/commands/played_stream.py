@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,6 +16,7 @@ from pickcli.commands.logs import stage
 from pickcli.commands.options import refuse_reading
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.stream_options import StreamOptions
+from pickcli.commands.stream_plan_options import StreamPlanOptions
 from pickcli.commands.table import table_lines
 from pickcli.commands.trial_options import TrialOptions, is_stated, refuse_options_of_orders
 from pickcli.errors import TrialAbortedError
@@ -29,38 +30,6 @@ OF_ORDERS = (
     "strategy_name", "stow_rule", "pod_shift", "tote_shift", "locate_tote", "live", "live_port",
     "learn", "sift", "drop_from",
 )  # fmt: skip
-
-
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def stream_rule_option(function: F) -> F:
-    """Give a command the option --stream-rule NAME.
-
-    Args:
-        function: The command.
-
-    Returns:
-        The command with the option.
-    """
-    from pickcli.stream_trials.stream_rules import StreamRule
-
-    return click.option(
-        "--stream-rule", type=click.Choice([str(each) for each in StreamRule], case_sensitive=False),
-        default=str(StreamRule.EARLIEST), show_default=True,
-        help="Of a stream: items are met as early as possible, by the arm that acted last if it can; or at "
-             "one place, by the arms in turns, as the PR2 did in 2013.",
-    )(function)  # fmt: skip
-
-
-def refuse_stream_rule() -> None:
-    """Refuse --stream-rule, before any work, where no stream is played.
-
-    Raises:
-        UsageError: It was stated.
-    """
-    if is_stated("stream_rule"):
-        raise click.UsageError("--stream-rule applies to streams, and this is none; leave it out")
 
 
 def is_stream(path: Path) -> bool:
@@ -85,7 +54,7 @@ def play_stream_file(
     folder: Path,
     overwrite: bool,
     options: TrialOptions,
-    stream_rule: str,
+    planned_by: StreamPlanOptions,
     with_plans: bool,
     seed: int,
     as_json: bool,
@@ -97,7 +66,7 @@ def play_stream_file(
         folder: Folder of the record.
         overwrite: Whether existing files may be replaced.
         options: The options of the command.
-        stream_rule: Name of the rule by which items are met.
+        planned_by: By which rule items are met, and what plans it.
         with_plans: Whether plans are kept, with the streams that they were certified for.
         seed: Seed of all random choices.
         as_json: Whether JSON is printed.
@@ -113,17 +82,17 @@ def play_stream_file(
     from pickcli.stream_trials.stream_trial import play_stream
     from pickcli.trial.trial_folder import refuse_existing_folder
 
-    refuse_stated(options)
+    refuse_stated(options, planned_by)
     path = task_file(path)
     refuse_existing_folder(folder, overwrite)
     for name in NAMES:
-        refuse_reading(folder / name, path, *options.inputs)
-    each = stream_task(path, options, stream_rule)
+        refuse_reading(folder / name, path, *options.inputs, planned_by.grasps_path)
+    each = stream_task(path, options, planned_by)
     request = replace(each.request, seed=seed)
     with stage("trial"), progress("playing") as report:
         played = play_stream(request, each.contexts, report)
     result = played.result
-    record = stream_record(request, result, each.file_name, each.sha256)
+    record = stream_record(request, result, each.contexts[0], each.file_name, each.sha256)
     cells = tuple(context.cell for context in each.contexts)
     paths = write_stream_folder(folder, each.content, cells, played, record, overwrite, with_plans)
     if as_json:
@@ -135,15 +104,17 @@ def play_stream_file(
         raise TrialAbortedError(f"{counts}; see trial.json")
 
 
-def refuse_stated(options: TrialOptions) -> None:
+def refuse_stated(options: TrialOptions, planned_by: StreamPlanOptions) -> None:
     """Refuse, before any work, options that do not apply to streams, or not to how they are perceived.
 
     Args:
         options: The options of the command.
+        planned_by: By which rule items are met, and what plans it.
 
     Raises:
-        UsageError: One of them was stated.
+        UsageError: One of them was stated, or options exclude each other.
     """
+    planned_by.refuse_beside(options.approach)
     refuse_options_of_orders(OF_ORDERS, "streams")
     if options.perception in ("camera", "truth") and is_stated("pose_noise"):
         why = "a camera has errors of its own" if options.perception == "camera" else "there are no errors"
@@ -151,14 +122,14 @@ def refuse_stated(options: TrialOptions) -> None:
 
 
 def stream_task(
-    path: Path, options: TrialOptions, stream_rule: str, loaded: Iterable[StreamTask] = ()
+    path: Path, options: TrialOptions, planned_by: StreamPlanOptions, loaded: Iterable[StreamTask] = ()
 ) -> StreamTask:
     """Read a stream, and load all that its trials are played with.
 
     Args:
         path: File of the stream.
         options: The options of the command.
-        stream_rule: Name of the rule by which items are met.
+        planned_by: By which rule items are met, and what plans it.
         loaded: Streams that are loaded; with one of the same cell, its cell is not loaded again.
 
     Returns:
@@ -185,7 +156,7 @@ def stream_task(
         0.0 if is_exact else SPEED_ERROR,
         BeltCamera() if options.perception == "camera" else None,
         read_reality(options.reality_path),
-        StreamRule(stream_rule),
+        StreamRule(planned_by.stream_rule),
     )
     alike = (each.contexts for each in loaded if each.request.stream.cell.path == stream.cell.path)
     contexts = next(alike, None)
@@ -193,7 +164,7 @@ def stream_task(
         cells = options.cells(load_workcell(str(stream.cell.path), options.items_path))
         for cell in cells:
             destination_of(cell)  # refused before any work if the cell has none
-        contexts = tuple(options.planning_contexts(cells))
+        contexts = tuple(map(planned_by.planned_by, options.planning_contexts(cells)))
     return StreamTask(request, path.name, content, hashlib.sha256(content).hexdigest(), contexts)
 
 
@@ -213,6 +184,13 @@ def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
         lines.append(
             f"tool off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
             f"{1e3 * slip['p95']:.1f} mm/s along the belt (95th percentile of {n_held} picks)"
+        )
+    bounds = sorted(each.cost_bound for each in result.items if each.cost_bound is not None)
+    if bounds:
+        half, worst = bounds[len(bounds) // 2], bounds[-1]
+        lines.append(
+            f"{len(bounds)} transits by ARA*, proven to cost at most {half:.3f} times the least on the "
+            f"lattice in the median, {worst:.3f} at worst"
         )
     others = [each for each in result.items if str(each.outcome) != "delivered"]
     lines += [f"{each.item}: {each.outcome}: {each.reason}" for each in others[:FEW]]

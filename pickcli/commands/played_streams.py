@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pickcli.commands.played_stream import paper_lines, refuse_stated, stream_task
+from pickcli.commands.stream_plan_options import StreamPlanOptions
 from pickcli.commands.trial_options import TrialOptions
 from pickcli.commands.trials_output import (
     TrialsFolder,
+    cause_lines,
     cell_files,
     content_digest,
     named_files,
@@ -22,12 +24,11 @@ from pickcli.commands.trials_output import (
 if TYPE_CHECKING:
     from pickcli.stream_trials.stream_job import StreamJob, StreamTask
 
-MOST_TOLD = 5  # causes that are printed; the page lists more
-
 
 def play_stream_files(
-    paths: Sequence[Path], seeds: Sequence[int], folder: TrialsFolder, options: TrialOptions, stream_rule: str
-) -> None:
+    paths: Sequence[Path], seeds: Sequence[int], folder: TrialsFolder, options: TrialOptions,
+    planned_by: StreamPlanOptions,
+) -> None:  # fmt: skip
     """Play trials of streams, write their folder, and print what came of them.
 
     Args:
@@ -35,7 +36,7 @@ def play_stream_files(
         seeds: Seeds for each.
         folder: Where and how results are told.
         options: The options of the command.
-        stream_rule: Name of the rule by which items are met.
+        planned_by: By which rule items are met, and what plans it.
 
     Raises:
         UsageError: An option was stated that does not apply to streams.
@@ -47,12 +48,12 @@ def play_stream_files(
     from pickcli.stream_trials.stream_job import StreamJob
     from pickcli.stream_trials.stream_trials import stream_summary
 
-    refuse_stated(options)
+    refuse_stated(options, planned_by)
     files = named_files(paths, "stream")
-    folder.refuse(files, seeds, *files.values(), *options.inputs)
+    folder.refuse(files, seeds, *files.values(), *options.inputs, planned_by.grasps_path)
     streams: dict[str, StreamTask] = {}
     for name, path in files.items():
-        streams[name] = stream_task(path, options, stream_rule, streams.values())
+        streams[name] = stream_task(path, options, planned_by, streams.values())
     cells = {context.cell.fingerprint: context.cell for each in streams.values() for context in each.contexts}
     reads = [
         path for cell in cells.values()
@@ -61,6 +62,7 @@ def play_stream_files(
             *stored_files(cell, options.roadmap, options.trajectories),
         )
     ]  # fmt: skip
+    reads += [] if planned_by.grasps_path is None else [planned_by.grasps_path]
     job = StreamJob(streams, content_digest({*files.values(), *reads}), sources_digest())
     made_from = _made_from(job, seeds, options)
     report = played_trials(job, seeds, folder, options.jobs, made_from, stream_summary, stream_trials_page)
@@ -69,6 +71,7 @@ def play_stream_files(
 
 def _made_from(job: StreamJob, seeds: Sequence[int], options: TrialOptions) -> dict[str, Any]:
     """Return the parameters of the trials, for trials.json."""
+    from pickcli.stream_trials.stream_record import planned_by_values
     from pickcli.trial.trial_perception import PerceptionKind
 
     first = next(iter(job.streams.values())).request
@@ -82,6 +85,7 @@ def _made_from(job: StreamJob, seeds: Sequence[int], options: TrialOptions) -> d
         "speed_error_m_s": first.speed_error if first.camera is None else None,
         "camera": None if first.camera is None else asdict(first.camera),
         "rule": str(first.rule),
+        **planned_by_values(next(iter(job.streams.values())).contexts[0]),
         "approach": options.approach,
         "reality": first.reality.as_dict(),
         "inputs": job.inputs,
@@ -98,12 +102,10 @@ def _lines(summary: Mapping[str, Any]) -> list[str]:
         f"{summary['delivered_per_minute']:.1f} delivered a minute",
         ", ".join(f"{key.replace('_', ' ')} {totals[key]}" for key in bad),
         *_met(summary),
+        *_bounds(summary["cost_bound"]),
         *_planning(summary["statistics"]),
-        *(
-            f"not attempted {each['items']} times: {each['why']}"
-            for each in summary["not_attempted"][:MOST_TOLD]
-        ),
-        *(f"lost {each['items']} times: {each['why']}" for each in summary["lost"][:MOST_TOLD]),
+        *cause_lines("not attempted", summary["not_attempted"], "items", "why"),
+        *cause_lines("lost", summary["lost"], "items", "why"),
     ]
 
 
@@ -116,6 +118,16 @@ def _met(summary: Mapping[str, Any]) -> list[str]:
         f"tool off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
         f"{1e3 * slip['p95']:.1f} mm/s along the belt at the 95th percentile; at worst "
         f"{1e3 * offset['worst']:.1f} mm and {1e3 * slip['worst']:.1f} mm/s"
+    ]
+
+
+def _bounds(found: Mapping[str, float] | None) -> list[str]:
+    """Format the bounds on the cost of transits by ARA*, if it planned any."""
+    if found is None:
+        return []
+    return [
+        f"transits by ARA*: proven to cost at most {found['median']:.3f} times the least on the lattice in "
+        f"the median, {found['worst']:.3f} at worst"
     ]
 
 

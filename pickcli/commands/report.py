@@ -181,11 +181,13 @@ def _searched(plan: Plan) -> list[str]:
     found = plan.statistics
     if "transit_cost_bound" not in found:
         return []
-    return [
-        f"  transit by ARA*: costs {found['transit_cost_m']:.3f} m, proven to be at most "
-        f"{found['transit_cost_bound']:.3f} times the least on the lattice, "
-        f"{found['transit_expansions']:.0f} expansions"
-    ]
+    expansions, bound = f"{found['transit_expansions']:.0f} expansions", found["transit_cost_bound"]
+    proven = (
+        f"the least on the lattice, as {expansions} prove"
+        if bound == 1.0
+        else f"at most {bound:.3f} times the least on the lattice, as {expansions} prove; then they ran out"
+    )
+    return [f"  transit by ARA*: costs {found['transit_cost_m']:.3f} m, {proven}"]
 
 
 def _timetable(plan: Plan) -> list[str]:

@@ -24,8 +24,9 @@ from pickcli.commands.options import (
 from pickcli.commands.people_options import PeopleOptions, people_options, refuse_people
 from pickcli.commands.played_commission import is_commission, play_commission_file
 from pickcli.commands.played_pallet import is_pallet, play_pallet_file
-from pickcli.commands.played_stream import is_stream, play_stream_file, refuse_stream_rule, stream_rule_option
+from pickcli.commands.played_stream import is_stream, play_stream_file
 from pickcli.commands.progress_bar import progress
+from pickcli.commands.stream_plan_options import StreamPlanOptions, refuse_stream_plan, stream_plan_options
 from pickcli.commands.table import stdout_console
 from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.errors import TrialAbortedError
@@ -55,7 +56,7 @@ if TYPE_CHECKING:
 @click.option("--plans", "with_plans", is_flag=True,
               help="Write the plan of every attempt, too, and the scene that it was certified "
                    "for.")  # fmt: skip
-@stream_rule_option
+@stream_plan_options
 @people_options
 @trial_options
 @learn_option
@@ -63,8 +64,8 @@ if TYPE_CHECKING:
 @json_option
 def command(
     order_path: Path, output: Path | None, overwrite: bool, live: bool, live_port: int | None,
-    with_plans: bool, stream_rule: str, people: PeopleOptions, options: TrialOptions, learn: bool, seed: int,
-    as_json: bool,
+    with_plans: bool, planned_by: StreamPlanOptions, people: PeopleOptions, options: TrialOptions,
+    learn: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order in simulation, by the rules, and score it.
 
@@ -87,16 +88,16 @@ def command(
     from pickcli.trial.trial_folder import LOOKS, PLANS, write_folder
 
     if is_commission(order_path):
-        refuse_stream_rule()
+        refuse_stream_plan()
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
         play_commission_file(order_path, folder, overwrite, (options, people), with_plans, seed, as_json)
         return
     refuse_people()
     if is_stream(order_path):
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
-        play_stream_file(order_path, folder, overwrite, options, stream_rule, with_plans, seed, as_json)
+        play_stream_file(order_path, folder, overwrite, options, planned_by, with_plans, seed, as_json)
         return
-    refuse_stream_rule()
+    refuse_stream_plan()
     if is_pallet(order_path):
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
         play_pallet_file(order_path, folder, overwrite, options, with_plans, seed, as_json)

@@ -15,12 +15,15 @@ from pickcli.commands.options import json_option
 from pickcli.commands.people_options import PeopleOptions, people_options, refuse_people
 from pickcli.commands.played_commission import is_commission
 from pickcli.commands.played_commissions import play_commission_files
-from pickcli.commands.played_stream import is_stream, refuse_stream_rule, stream_rule_option
+from pickcli.commands.played_stream import is_stream
 from pickcli.commands.played_streams import play_stream_files
+from pickcli.commands.stream_plan_options import StreamPlanOptions, refuse_stream_plan, stream_plan_options
 from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.commands.trials_output import (
+    MOST_CAUSES,
     TrialsFolder,
     are_all,
+    cause_lines,
     cell_files,
     content_digest,
     played_trials,
@@ -37,7 +40,6 @@ if TYPE_CHECKING:
 
 MOST_SEEDS = 10_000
 LARGEST_SEED = 2**31 - 1
-MOST_CAUSES = 5  # that are printed; the page lists more
 
 
 def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value: str) -> tuple[int, ...]:
@@ -81,14 +83,15 @@ def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value:
     "--overwrite", is_flag=True,
     help="Replace trials.json, trials.html and the files of trials in a folder that exists.",
 )  # fmt: skip
-@stream_rule_option
+@stream_plan_options
 @people_options
 @trial_options
 @scheduler_option
 @json_option
 def command(
     order_paths: tuple[Path, ...], seeds: tuple[int, ...], output: Path, overwrite: bool,
-    stream_rule: str, people: PeopleOptions, options: TrialOptions, scheduler: str | None, as_json: bool,
+    planned_by: StreamPlanOptions, people: PeopleOptions, options: TrialOptions, scheduler: str | None,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Play orders with many seeds, and report the distribution of scores.
 
@@ -110,14 +113,14 @@ def command(
 
     folder = TrialsFolder(output, overwrite, scheduler, as_json)
     if are_all(order_paths, is_commission, "a commission"):
-        refuse_stream_rule()
+        refuse_stream_plan()
         play_commission_files(order_paths, seeds, folder, options, people)
         return
     refuse_people()
     if are_all(order_paths, is_stream, "a stream"):
-        play_stream_files(order_paths, seeds, folder, options, stream_rule)
+        play_stream_files(order_paths, seeds, folder, options, planned_by)
         return
-    refuse_stream_rule()
+    refuse_stream_plan()
     workcell = load_workcell(options.cell_name, options.items_path)
     reality = read_reality(options.reality_path)
     cells = options.cells(workcell)
@@ -217,7 +220,7 @@ def _lines(report: TrialsReport) -> list[str]:
         ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in summary["totals"].items()),
         *_times(summary["motion_s"], clock),
         f"failed in {', '.join(f'{stage} {n}' for stage, n in summary['failed_in'].items())}",
-        *(f"missed {each['targets']} times: {each['cause']}" for each in summary["causes"][:MOST_CAUSES]),
+        *cause_lines("missed", summary["causes"], "targets", "cause"),
         *(
             [f"and {more} other causes: see {PAGE}"]
             if (more := len(summary["causes"]) - MOST_CAUSES) > 0

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pickcli.commands.plan_options import PlanOptions
     from pickcli.errors import NoPlanError
     from pickcli.motion.plan import Plan
+    from pickcli.planning.belt_picks.grasp_filtering import FilteredContext
     from pickcli.scene.item_stream import ItemStream
     from pickcli.scene.scene import Scene
 
@@ -206,24 +207,25 @@ def plan_from_stream(
     scene = stream.scene_at(now)
     rule = StreamRule(stream_rule)
     query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))
-    plans: list[tuple[Plan, Scene]] = []
+    plans: list[tuple[Plan, Scene, FilteredContext]] = []
     failed: list[tuple[str, NoPlanError]] = []
     for seen in (scene, *seen_by_others(scene, options.arms())):
         riding, start = replace(stream, cell=seen.cell), options.begin(seen)
         with options.session(seen.cell) as session:
             certify = None if options.no_verify else timed_certifier(seen)
             met = replace(query, meet_at=rule.meeting_place(session.context, riding.carrier))
+            filtered = rule.filtered(session.context, riding, met, options.seed)
             try:
-                plan = plan_intercept(session.context, riding, met, start, options.seed, certify)
+                plan = plan_intercept(filtered.context, riding, met, start, options.seed, certify)
             except NoPlanError as error:
-                failed.append((f"arm {seen.cell.arm}", error))
+                failed.append((f"arm {seen.cell.arm}", filtered.explained(error)))
             else:
-                plans.append((plan, seen))
+                plans.append((plan, seen, filtered))
                 if rule is StreamRule.PR2_2013:
                     break
     if not plans and len(failed) == 1:
         raise failed[0][1]
     if not plans:
         raise NoPlanError.of_alternatives(failed[0][1].query, failed)
-    first, seen = min(plans, key=lambda planned: planned[0].trajectory.duration)
-    options.deliver(first, seen, is_judged=True)
+    first, seen, filtered = min(plans, key=lambda planned: planned[0].trajectory.duration)
+    options.deliver(first, seen, is_judged=True, removed=filtered.removed)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.monte_carlo.trials_folder import SeededJob, Summary, TrialsReport
     from pickcli.page.page_document import PageDocument
+
+MOST_CAUSES, MAX_CAUSE = 5, 160  # that are printed, and characters of each; the page lists more
 
 
 @dataclass(frozen=True)
@@ -126,12 +129,35 @@ def rate_line(rate: Mapping[str, Any], what: str) -> str:
         what: What was tried, in the plural.
 
     Returns:
-        The text.
+        The text; "none" if nothing was tried.
     """
+    if not rate["tries"]:
+        return "none"
     low, high = rate["interval"]
     return (
         f"{rate['successes']} of {rate['tries']} {what}, {rate['share']:.1%} (95 %: {low:.1%} to {high:.1%})"
     )
+
+
+def cause_lines(what: str, causes: Sequence[Mapping[str, Any]], number: str, cause: str) -> list[str]:
+    """Format the most frequent causes, shortened; ``trials.json`` and the page have them whole.
+
+    Args:
+        what: What came of it, as ``lost``.
+        causes: As in ``trials.json``.
+        number: Key of how often each came.
+        cause: Key of its text.
+
+    Returns:
+        One line each.
+    """
+    from pickcli.monte_carlo.trials_folder import SUMMARY
+
+    whole = f" ... (whole in {SUMMARY})"
+    return [
+        f"{what} {each[number]} times: {shorten(each[cause], MAX_CAUSE, placeholder=whole)}"
+        for each in causes[:MOST_CAUSES]
+    ]
 
 
 def played_trials(
@@ -169,7 +195,7 @@ def played_trials(
         _removed_if_empty(output, is_new),
         building("playing", path, jobs, folder.as_json, folder.scheduler) as run_options,
     ):
-        build = Build(job, replace(run_options, output=path))
+        build = Build(job, replace(run_options, output=path, tells_coverage=False))
         report = play_trials(build, job, seeds, made_from, summary)
         write_trials(output, report, page_bytes(page_of(report.records)), replaced)
         build.finish()

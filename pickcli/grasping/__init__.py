@@ -11,7 +11,7 @@ Each samples grasps of a `grasp_target`, as widely as `search` states.
 - `envelope` is the set of poses from which an object is grasped: `finger_envelopes` are those of a shape,
   `cup_envelopes` those of an item, `envelope_truncation` is what a scene leaves of one.
 - `recorded_grasp` keeps one for later, in a file read by `recorded_grasp_file`, of `recorded_grasp_schema`;
-  `recorded_filters` leave out what runs after a moving item, or is not reached.
+  `recorded_filters` leave out what runs after a moving item, or is not reached, and say which and why.
 - `pinch_grasping`, by `pinch_candidates`, from the pairs of opposite places found by `antipodal`.
 
 For all of them, `holding` compares the wrench of gravity and motion with what the tool bears.

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.tool import ToolState
-from pickcli.errors import InputError
+from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.recorded_grasp import RecordedGrasp
 from pickcli.kinematics.arm import Arm
@@ -20,6 +20,9 @@ from pickcli.seeds import derived_rng
 
 CHASE_ANGLE = float(np.radians(30.0))  # the paper's
 N_SEEDS = 16  # of inverse kinematics of one grasp
+
+
+CHASE, KINEMATIC = "chase filter", "kinematic filter"
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +38,57 @@ class ReachedGrasp:
     grasp: RecordedGrasp
     q_pregrasp: Array
     q_grasp: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FilteredGrasps:
+    """The recorded grasps of an item after both filters.
+
+    Attributes:
+        kept: Those that pass both, in their order.
+        removed: Of each other one the filter that removed it, and why, in their order.
+    """
+
+    kept: tuple[RecordedGrasp, ...]
+    removed: tuple[Reason, ...]
+
+
+def filter_grasps(
+    recorded: Sequence[RecordedGrasp],
+    item: tuple[str, int],
+    T_world_item: Array,
+    velocity: Array,
+    arm: Arm,
+    seed: int = 0,
+) -> FilteredGrasps:
+    """Filter the recorded grasps of an item: by its velocity if it moves, then by kinematics.
+
+    Args:
+        recorded: Grasps of any items; in reasons they have the number that they have here, from 1.
+        item: Name and year of the item.
+        T_world_item: (4, 4) its pose.
+        velocity: (3,) m/s of it in the world; 0 where it rests, and nothing is to be chased.
+        arm: The arm.
+        seed: Seed of inverse kinematics.
+
+    Returns:
+        The grasps of the item that pass, and why the others do not.
+    """
+    mine = [(k, grasp) for k, grasp in enumerate(recorded, 1) if (grasp.item, grasp.year) == item]
+    removed: dict[int, Reason] = {}
+    if np.any(velocity):
+        for k, grasp in mine:
+            if not chase_filter([grasp], T_world_item, velocity):
+                removed[k] = Reason(CHASE, _label(k, grasp), _why_chasing(grasp, T_world_item, velocity))
+    left = [(k, grasp) for k, grasp in mine if k not in removed]
+    reached = {
+        id(each.grasp) for each in kinematic_filter([grasp for _, grasp in left], T_world_item, arm, seed)
+    }
+    for k, grasp in left:
+        if id(grasp) not in reached:
+            removed[k] = Reason(KINEMATIC, _label(k, grasp), _why_unreached(grasp, T_world_item, arm, seed))
+    kept = tuple(grasp for k, grasp in mine if k not in removed)
+    return FilteredGrasps(kept, tuple(removed[k] for k in sorted(removed)))
 
 
 def chase_cosine(grasp: RecordedGrasp, T_world_item: Array, velocity: Array) -> float:
@@ -105,6 +159,26 @@ def kinematic_filter(
             grasp, T_world_item, arm, states[grasp.tool_state], derived_rng(seed, "recorded", k)
         )
     )
+
+
+def _label(k: int, grasp: RecordedGrasp) -> str:
+    return f"recorded grasp {k}" + (f" ({grasp.source})" if grasp.source else "")
+
+
+def _why_chasing(grasp: RecordedGrasp, T_world_item: Array, velocity: Array) -> str:
+    cosine = chase_cosine(grasp, T_world_item, velocity)
+    off, within = np.degrees([np.arccos(np.clip(-cosine, -1.0, 1.0)), CHASE_ANGLE])
+    return f"it runs after the item, {off:.0f} degrees from its velocity, over {within:.0f} is asked for"
+
+
+def _why_unreached(grasp: RecordedGrasp, T_world_item: Array, arm: Arm, seed: int) -> str:
+    state = next((each for each in arm.robot.tool.states if each.name == grasp.tool_state), None)
+    if state is None:
+        return f"the tool has no state {grasp.tool_state}"
+    rng = derived_rng(seed, "recorded", "why")
+    if len(arm.solve_spread(T_world_item @ grasp.T_item_grasp, state, rng, N_SEEDS)) == 0:
+        return "the arm does not reach its grasp"
+    return "the arm does not reach its pregrasp in a posture in which it reaches its grasp"
 
 
 def _postures(

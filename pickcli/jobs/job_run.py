@@ -25,6 +25,7 @@ class BuildProgress(Progress):
         effort_done: Estimated cost of the tasks that were done in this run.
         effort_total: Estimated cost of the tasks that this run has to do.
         journal: Journal of the finished tasks during the run; None if there is none.
+        tells_coverage: Whether the text tells failures and coverage; else failures alone, if there are any.
     """
 
     n_kept: int = 0
@@ -32,6 +33,7 @@ class BuildProgress(Progress):
     effort_done: float = 0.0
     effort_total: float = 0.0
     journal: Path | None = None
+    tells_coverage: bool = True
 
     @property
     def n_done_now(self) -> int:
@@ -51,9 +53,14 @@ class BuildProgress(Progress):
     @property
     def detail(self) -> str:
         """Failures, coverage, kept tasks and the last task, as a text."""
-        kept = f", {self.n_kept} kept from before" if self.n_kept else ""
-        figures = f"{self.n_failed} failed, coverage {100 * self.coverage:.0f} %{kept}"
-        return figures + (f": {self.what}" if self.what else "")
+        figures = []
+        if self.tells_coverage or self.n_failed:
+            figures.append(f"{self.n_failed} failed")
+        if self.tells_coverage:
+            figures.append(f"coverage {100 * self.coverage:.0f} %")
+        if self.n_kept:
+            figures.append(f"{self.n_kept} kept from before")
+        return ": ".join(part for part in (", ".join(figures), self.what) if part)
 
 
 BuildObserver: TypeAlias = Callable[[BuildProgress], None]  # a ProgressObserver is accepted
@@ -68,12 +75,14 @@ class RunOptions:
         output: The file to be written; finished tasks are kept in a journal beside it during the run.
         kept: Valid records from another source, by key.
         report: Called whenever a task is finished.
+        tells_coverage: As of the progress.
     """
 
     runner: Executor = field(default_factory=SerialExecutor)
     output: Path | None = None
     kept: Mapping[Key, JobResult] = field(default_factory=dict)
     report: BuildObserver | None = None
+    tells_coverage: bool = True
 
 
 class Build:
@@ -138,6 +147,7 @@ class Build:
                 effort_done=so_far.effort_done,
                 effort_total=so_far.effort_total + sum(self._efforts.values()),
                 journal=None if self.journal is None else self.journal.path,
+                tells_coverage=self.run_options.tells_coverage,
             )
         )
 

@@ -28,6 +28,14 @@ class SuccessRate:
         return self.successes / self.tries if self.tries else 0.0
 
     @property
+    def text(self) -> str:
+        """The numbers, the share and its interval; "none" without tries."""
+        if not self.tries:
+            return "none"
+        low, high = self.interval
+        return f"{self.successes} of {self.tries}, {self.share:.0%} (95 %: {low:.0%} to {high:.0%})"
+
+    @property
     def interval(self) -> tuple[float, float]:
         """Wilson's score interval (1927) at 95 %.
 

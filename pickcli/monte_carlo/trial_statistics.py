@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from textwrap import shorten
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from pickcli.monte_carlo.sign_flips import FEWEST, SignFlipTest
 from pickcli.monte_carlo.success_rate import SuccessRate
 from pickcli.trial.trial_result import Outcome, Stage
 
-MAX_CAUSE = 160  # characters of a cause
 _FIGURE = re.compile(r"[-+]?\d+(?:\.\d+)?")
 _TOTALS = ("collisions", "limit_violations", "drops", "disturbed", "misjudged")
 
@@ -168,9 +166,9 @@ def counted_causes(told: Iterable[str]) -> list[tuple[int, str]]:
         told: Causes, as often as they came.
 
     Returns:
-        Number and cause, shortened; the most frequent first.
+        Number and cause; the most frequent first.
     """
-    counts = Counter(shorten(_FIGURE.sub("…", each), MAX_CAUSE, placeholder=" ...") for each in told)
+    counts = Counter(" ".join(_FIGURE.sub("…", each).split()) for each in told)
     return [(n, cause) for cause, n in counts.most_common()]
 
 
@@ -199,14 +197,14 @@ def rate_values(rate: SuccessRate) -> dict[str, Any]:
         rate: The rate.
 
     Returns:
-        ``successes``, ``tries``, ``share`` and its ``interval``.
+        ``successes``, ``tries``, ``share`` and its ``interval``, which are None without tries.
     """
     low, high = rate.interval
     return {
         "successes": rate.successes,
         "tries": rate.tries,
-        "share": _rounded(rate.share),
-        "interval": [_rounded(low), _rounded(high)],
+        "share": _rounded(rate.share) if rate.tries else None,
+        "interval": [_rounded(low), _rounded(high)] if rate.tries else None,
     }
 
 

@@ -13,8 +13,9 @@ from typing import Any, Protocol
 
 from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes, write_text
-from pickcli.files.bounded_reading import read_kind
+from pickcli.files.bounded_reading import read_kind, read_text
 from pickcli.files.file_kind import TRIALS
+from pickcli.files.json_reader import parse_json
 from pickcli.jobs.job import Job, Key
 from pickcli.jobs.job_run import Build
 from pickcli.jobs.journal import journals
@@ -25,6 +26,7 @@ from pickcli.trial.trial_record import read_record
 
 FORMAT, VERSION = "apc-trials", 1
 SUMMARY, PAGE, RECORD = "trials.json", "trials.html", "trial.json"
+MAX_SUMMARY = 64 * 2**20  # bytes of a trials.json
 _COUNTED = ("score", "max_score", "items_in_tote", "collisions", "limit_violations", "drops", "disturbed",
             "misjudged", "aborted", "clock_s", "simulated_s")  # fmt: skip
 
@@ -136,6 +138,8 @@ def write_trials(folder: Path, report: TrialsReport, page: bytes, replace: bool)
     Raises:
         InputError: A file cannot be written.
     """
+    if replace:
+        (folder / SUMMARY).unlink(missing_ok=True)  # it is about other trials than those that follow
     for name, files in report.files.items():
         (folder / name).mkdir(exist_ok=True)
         for file, content in files.items():
@@ -187,11 +191,55 @@ def read_trials(folder: Path) -> dict[str, dict[str, Any]]:
         InputError: It contains no trial, or a record cannot be read.
         StaleError: A record has another version of the format.
     """
+    return {path.parent.name: read_record(path) for path in record_paths(folder)}
+
+
+def record_paths(folder: Path) -> list[Path]:
+    """Find the records of the trials that a folder is about.
+
+    These are the trials that its ``trials.json`` lists: others may be left of a run that was overwritten.
+    Without that file, as several ``run-trial`` leave a folder, they are all that are there.
+
+    Args:
+        folder: The folder.
+
+    Returns:
+        Paths of the ``trial.json`` files, sorted by the names of their folders; at least one.
+
+    Raises:
+        InputError: It is no folder, or has no such trials: it is that of an interrupted run, or of a single
+            trial; or a trial that is listed is not there.
+    """
     require_folder(folder)
-    records = {path.parent.name: read_record(path) for path in sorted(folder.glob(f"*/{RECORD}"))}
-    if not records:
-        raise InputError(f"{folder}: no trials in it (no */{RECORD}); apc run-trials makes such a folder")
-    return records
+    if (folder / SUMMARY).is_file():
+        paths = [folder / name / RECORD for name in _listed(folder / SUMMARY)]
+        if missing := next((path for path in paths if not path.is_file()), None):
+            what = f"{folder / SUMMARY}: lists the trial {missing.parent.name}, which has no {RECORD} there"
+            raise InputError(f"{what}; play it again with --overwrite")
+        return paths
+    if is_interrupted(folder):
+        raise InputError(
+            f"{folder}: its run was interrupted, and has no {SUMMARY} yet; give the same apc run-trials "
+            "again to continue it"
+        )
+    if paths := sorted(folder.glob(f"*/{RECORD}")):
+        return paths
+    if (folder / RECORD).is_file():
+        raise InputError(
+            f"{folder}: is the folder of a single trial; name a folder that has several in it, as apc "
+            "run-trials makes it"
+        )
+    raise InputError(f"{folder}: no trials in it (no */{RECORD}); apc run-trials makes such a folder")
+
+
+def _listed(path: Path) -> list[str]:
+    """Return the sorted names of the trials that a ``trials.json`` lists. Raises InputError."""
+    content = parse_json(read_text(path, MAX_SUMMARY), str(path))
+    lines = content.get("trials") if isinstance(content, dict) else None
+    names = [line.get("trial") if isinstance(line, dict) else None for line in lines or ()]
+    if not names or not all(isinstance(name, str) and Path(name).name == name for name in names):
+        raise InputError(f"{path}: lists no trials; play them again with --overwrite")
+    return sorted(str(name) for name in names)
 
 
 def order_summary(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.errors import InputError
-from pickcli.monte_carlo.trials_folder import RECORD, require_folder
+from pickcli.monte_carlo.trials_folder import record_paths
 from pickcli.trial.record_kind import RecordKind
 
 
@@ -30,13 +30,13 @@ class TrialsKind:
             folder: A folder with one folder per trial.
 
         Returns:
-            Whether they are; False without any trial.
+            Whether they are.
 
         Raises:
-            InputError: It is no folder, a record cannot be read, or there are trials of this kind and others.
+            InputError: It is no folder with trials, a record cannot be read, or there are trials of this kind
+                and others.
         """
-        require_folder(folder)
-        paths = sorted(folder.glob(f"*/{RECORD}"))
+        paths = record_paths(folder)
         ours = [path for path in paths if self.records.is_of(path)]
         if ours and len(ours) < len(paths):
             other = next(path for path in paths if path not in ours)
@@ -59,4 +59,4 @@ class TrialsKind:
             InputError: A record cannot be read.
             StaleError: It has another version of the format.
         """
-        return {path.parent.name: self.records.read(path) for path in sorted(folder.glob(f"*/{RECORD}"))}
+        return {path.parent.name: self.records.read(path) for path in record_paths(folder)}

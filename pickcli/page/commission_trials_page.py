@@ -8,7 +8,6 @@ from math import floor
 from typing import Any
 
 from pickcli.commission.commission_statistics import TOTALS, CommissionStatistics, why_no_success
-from pickcli.monte_carlo.success_rate import SuccessRate
 from pickcli.monte_carlo.trial_statistics import spread
 from pickcli.page.page_document import Bar, Chart, PageDocument, PageTable
 from pickcli.page.page_scene import Fact, Tone
@@ -33,9 +32,9 @@ def commission_trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocu
         title=f"{len(records)} trials of commissions",
         subtitle=f"{len(statistics.items)} items",
         facts=(
-            Fact("success", _told(statistics.success)),
-            Fact("items in place", _told(statistics.placed)),
-            Fact("delivered", _told(statistics.delivered)),
+            Fact("success", statistics.success.text),
+            Fact("items in place", statistics.placed.text),
+            Fact("delivered", statistics.delivered.text),
             Fact("time", _seconds(statistics.durations)),
             Fact("at the load", _seconds(statistics.handling)),
             *(_total(statistics, key) for key in (*TOTALS, "aborted")),
@@ -45,11 +44,6 @@ def commission_trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocu
         tables=(_trials(records), _step_table(statistics), _products(statistics), _causes(statistics),
                 _failed(statistics)),
     )  # fmt: skip
-
-
-def _told(rate: SuccessRate) -> str:
-    low, high = rate.interval
-    return f"{rate.successes} of {rate.tries}, {rate.share:.0%} (95 %: {low:.0%} to {high:.0%})"
 
 
 def _seconds(values: list[float]) -> str:
@@ -116,7 +110,7 @@ def _step_table(statistics: CommissionStatistics) -> PageTable:
 
 
 def _products(statistics: CommissionStatistics) -> PageTable:
-    rows = tuple((name, _told(rate)) for name, rate in statistics.by_product.items())
+    rows = tuple((name, rate.text) for name, rate in statistics.by_product.items())
     return PageTable("Items in place by product", ("product", "share"), rows)
 
 

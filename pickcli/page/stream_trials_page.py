@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pickcli.monte_carlo.success_rate import SuccessRate
 from pickcli.page.page_document import Bar, Chart, PageDocument, PageTable
 from pickcli.page.page_scene import Fact, Tone
 from pickcli.stream_trials.published_experiments import COLUMNS, beside_paper
@@ -36,8 +35,8 @@ def stream_trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument
         title=f"{len(records)} trials of streams",
         subtitle=f"{len(statistics.items)} items",
         facts=(
-            Fact("delivered", _told(statistics.delivered)),
-            Fact("of those attempted", _told(statistics.delivered_of_attempted)),
+            Fact("delivered", statistics.delivered.text),
+            Fact("of those attempted", statistics.delivered_of_attempted.text),
             Fact("pace", f"{statistics.delivered_per_minute:.1f} delivered a minute"),
             *(_total(statistics, key) for key in ("collisions", "limit_violations", "stops")),
             *_met(statistics),
@@ -63,11 +62,6 @@ def paper_tables(records: Mapping[str, Mapping[str, Any]]) -> tuple[PageTable, .
         The tables; none if no such stream was played.
     """
     return tuple(PageTable(each.title, COLUMNS, each.rows) for each in beside_paper(records))
-
-
-def _told(rate: SuccessRate) -> str:
-    low, high = rate.interval
-    return f"{rate.successes} of {rate.tries}, {rate.share:.0%} (95 %: {low:.0%} to {high:.0%})"
 
 
 def _total(statistics: StreamStatistics, key: str) -> Fact:
@@ -127,7 +121,7 @@ def _trials(records: Mapping[str, Mapping[str, Any]]) -> PageTable:
 
 
 def _items(statistics: StreamStatistics) -> PageTable:
-    rows = tuple((name, _told(rate)) for name, rate in statistics.by_item.items())
+    rows = tuple((name, rate.text) for name, rate in statistics.by_item.items())
     return PageTable("Delivered by item", ("item", "share"), rows)
 
 

@@ -60,6 +60,8 @@ def _mean(statistics: TrialStatistics) -> str:
 
 
 def _share(rate: SuccessRate) -> str:
+    if not rate.tries:
+        return "none"
     low, high = rate.interval
     return f"{rate.share:.0%} (95 %: {low:.0%} to {high:.0%})"
 

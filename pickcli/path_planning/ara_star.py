@@ -10,14 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
-from itertools import pairwise
+from itertools import pairwise, repeat
 from typing import Protocol
 
 import numpy as np
 
 from pickcli.errors import InputError
 
-# Values of epsilon, one search each. The first is large: a first path matters more than its cost.
+# Values of epsilon, one search each, the last one repeated for what rounding left. The first is large:
+# a first path matters more than its cost.
 DEFLATION = (20.0, 8.0, 4.0, 2.5, 1.8, 1.4, 1.2, 1.1, 1.0)
 
 
@@ -103,10 +104,12 @@ class AraStarResult:
     Attributes:
         paths: One after each search that expanded anything and ended with a path, the last one the best.
         n_expanded: Expansions of all searches.
+        ran_out: Whether the expansions ran out before the last search ended.
     """
 
     paths: tuple[AraStarPath, ...]
     n_expanded: int
+    ran_out: bool
 
     @property
     def best(self) -> AraStarPath | None:
@@ -123,11 +126,11 @@ def ara_star(graph: SearchGraph, settings: AraStarSettings | None = None) -> Ara
 
     Returns:
         The paths found. If the expansions run out during a search, its path so far is the last one, with the
-        bound that holds for it.
+        bound that holds for it. If they do not, and epsilon falls to 1, the last path is proven the best.
     """
     search = _Search(graph, settings or AraStarSettings())
     paths = tuple(search.run())
-    return AraStarResult(paths, search.n_expanded)
+    return AraStarResult(paths, search.n_expanded, search.ran_out)
 
 
 class _Search:
@@ -145,21 +148,32 @@ class _Search:
         self.waiting: set[int] = set()
         self.closed: set[int] = set()
         self.queue: list[tuple[float, int]] = []  # of open, with entries that are out of date
-        self.n_expanded = 0
+        self.n_expanded, self.ran_out = 0, False
 
     def run(self) -> Iterator[AraStarPath]:
         self.waiting.add(self.graph.start)
         n_before = 0
-        for epsilon in self.settings.deflation:
+        for epsilon in self._inflations():
             self._begin(epsilon)
-            is_done = self._improve(epsilon)
+            self._improve(epsilon)
+            is_best = False
             if (path := self._path(epsilon)) is not None:
                 if self.n_expanded > n_before:
                     yield path
-                is_done &= path.cost_bound > 1.0
-            if not is_done or not (self.open or self.waiting):
+                is_best = path.cost_bound == 1.0
+            if self.ran_out or is_best or not (self.open or self.waiting):
                 return
             n_before = self.n_expanded
+
+    def _inflations(self) -> Iterator[float]:
+        """Yield the values of epsilon, the last one again and again if it is 1.
+
+        Without inflation a state that was expanded never becomes cheaper, but for the rounding of sums: of
+        ways of one length one may be less by the last digit. Such states wait, below the cost of the goal.
+        """
+        yield from self.settings.deflation
+        if self.settings.deflation[-1] == 1.0:
+            yield from repeat(1.0)
 
     def _begin(self, epsilon: float) -> None:
         """Take up all inconsistent states at a value of epsilon."""
@@ -176,8 +190,8 @@ class _Search:
         self.open[node] = priority
         heappush(self.queue, (priority, node))
 
-    def _improve(self, epsilon: float) -> bool:
-        """Expand until the path to the goal costs at most epsilon times the least; whether that was done."""
+    def _improve(self, epsilon: float) -> None:
+        """Expand until the path to the goal costs at most epsilon times the least, or expansions run out."""
         goal = self.graph.goal
         while self.queue:
             priority, node = self.queue[0]
@@ -185,15 +199,15 @@ class _Search:
                 heappop(self.queue)
                 continue
             if self.g.get(goal, np.inf) <= priority:
-                return True
+                return
             if self.n_expanded >= self.settings.max_expansions:
-                return False
+                self.ran_out = True
+                return
             heappop(self.queue)
             del self.open[node]
             self.closed.add(node)
             self.n_expanded += 1
             self._expand(node, epsilon)
-        return True
 
     def _expand(self, node: int, epsilon: float) -> None:
         here = self.g[node]

@@ -11,15 +11,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.collision.checker import SceneChecker
-from pickcli.errors import InputError
+from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.path import JointPath
-from pickcli.path_planning.ara_star import AraStarPath, AraStarSettings, ara_star
+from pickcli.path_planning.ara_star import AraStarPath, AraStarResult, AraStarSettings, ara_star
 from pickcli.path_planning.lattice_cost import LatticeResolution
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.path_planning.workspace_lattice import POSE_SIZE, HandGoals, WorkspaceLattice
+
+NO_PATH = "no path"
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def plan_on_lattice(
     q_start: Array,
     goals: HandGoals,
     settings: LatticePlannerSettings | None = None,
-) -> LatticePlan | None:
+) -> LatticePlan | Reason:
     """Plan a proven path of the arm to any of several goals.
 
     Args:
@@ -103,7 +105,8 @@ def plan_on_lattice(
         settings: Effort and lattice.
 
     Returns:
-        The path; None if the start is not free, or none was found within the expansions.
+        The path; or why there is none: the start is not free, the expansions ran out, or no goal is connected
+        to the start.
 
     Raises:
         InputError: The arm has fewer joints than a pose needs, or no goal is given.
@@ -115,13 +118,23 @@ def plan_on_lattice(
     settings = settings or LatticePlannerSettings()
     q_start = np.asarray(q_start, dtype=float)
     if not (JointSpace.of(arm.robot).holds(q_start) and checker.is_valid(q_start)):
-        return None
+        return Reason(NO_PATH, "start", "it is not free, or beyond a limit")
     lattice = WorkspaceLattice(arm, checker, q_start, goals, settings.resolution)
     result = ara_star(lattice, settings.search)
     if result.best is None:
-        return None
+        return Reason(NO_PATH, detail=_why_none(result))
     waypoints, goal = lattice.configurations(result.best.nodes)
     return LatticePlan(JointPath(arm.names, waypoints), goal, result.paths, result.n_expanded)
+
+
+def _why_none(result: AraStarResult) -> str:
+    """Say why a search found no path."""
+    if result.ran_out:
+        return f"ARA* found none on its lattice in the {result.n_expanded} expansions that it may take"
+    return (
+        f"ARA* found none on its lattice: after {result.n_expanded} expansions no state is left that may "
+        "lead to a goal, so more of them do not help"
+    )
 
 
 def shortcut_once(checker: SceneChecker, space: JointSpace, path: JointPath) -> JointPath:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from pickcli.errors import NoPlanError
+from pickcli.errors import NoPlanError, Reason
 from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.ara_star import DEFLATION, AraStarSettings
 from pickcli.path_planning.lattice_planner import LatticePlannerSettings, plan_on_lattice, shortcut_once
@@ -57,7 +57,7 @@ class LatticeEntry:
         goals = HandGoals(arm.tips(query.goals, query.planning.tool_state), query.goals)
         found = plan_on_lattice(arm, query.planning, query.start, goals, self.settings)
         planned = time.perf_counter()
-        if found is None:
+        if isinstance(found, Reason):
             return None
         path = shortcut_once(query.planning, query.space, found.path)
         try:

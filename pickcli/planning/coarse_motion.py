@@ -136,9 +136,8 @@ def plan_on_hand_lattice(
     poses = HandGoals(context.arm.tips(goals, checker.tool_state), goals, in_any_turn=False)
     settings = LatticePlannerSettings(AraStarSettings(max_expansions=most))
     found = plan_on_lattice(context.arm, checker, q_start, poses, settings)
-    if found is None:
-        none = f"ARA* found none on its lattice in at most {most} expansions"
-        return Failures.of(Reason("no path", where, none))
+    if isinstance(found, Reason):
+        return Failures.of(found.within(where))
     path = shortcut_once(checker, context.space, found.path)
     duration = estimated_duration(context.space, path.waypoints)
     return CoarsePath(path.waypoints, found.goal, duration, "lattice", searched=found)

@@ -82,6 +82,7 @@ class World:
     ) -> None:
         self.scene, self.time_step = scene, time_step
         self.reality, self.seed = reality, seed
+        self._item_seed = seed
         self._n_steps = 0
         self.servo = servo or (Servo() if reality.servo else IDEAL)
         self.planned = PlannedContacts()
@@ -96,6 +97,16 @@ class World:
         self.belts: dict[str, RunningBelt] = {}
         self._ground = ground_of(scene)
         self._mount(q, tool_state or self.robot.tool.default_state)
+
+    def reseed(self, seed: int) -> None:
+        """Draw what happens from now on by another seed; what the items truly are stays.
+
+        Worlds that follow one another with the same items begin with one seed, and go on with their own.
+
+        Args:
+            seed: The seed.
+        """
+        self.seed = seed
 
     def run_belt(self, name: str, speed: float) -> None:
         """Let a conveyor that stood run at a constant speed, and its items come along at that speed.
@@ -169,7 +180,7 @@ class World:
         """
         self.scene = replace(self.scene, items=(*self.scene.items, placed))
         alone = replace(self.scene, items=(placed,))
-        add_items(self.engine, alone, true_masses(alone, self.reality, self.seed))
+        add_items(self.engine, alone, true_masses(alone, self.reality, self._item_seed))
         self._positions[placed.id], self._looks_at_rest[placed.id] = placed.T_world_item[:3, 3], 0
         self._remount(self.q.copy(), self.tool_state)
 

@@ -103,7 +103,7 @@ class StreamJob:
         each = self.streams[name]
         request = replace(each.request, seed=int(seed))
         played = play_stream(request, each.contexts)
-        record = stream_record(request, played.result, each.file_name, each.sha256)
+        record = stream_record(request, played.result, each.contexts[0], each.file_name, each.sha256)
         cells = tuple(context.cell for context in each.contexts)
         return packed_folder(lambda folder: write_stream_folder(folder, each.content, cells, played, record))
 

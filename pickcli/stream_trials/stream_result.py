@@ -51,6 +51,8 @@ class StreamItemResult:
         arm: Name of the arm that attempted it last; empty without an attempt, or with a single arm.
         clearance: m, the least distance that the certificate of the last attempt's plan states; None without
             an attempt.
+        cost_bound: The proven bound on the cost of the transit of the last attempt; None where ARA* did not
+            plan it.
     """
 
     item: str
@@ -61,6 +63,7 @@ class StreamItemResult:
     met: MeetingRecord | None = None
     arm: str = ""
     clearance: float | None = None
+    cost_bound: float | None = None
 
 
 @dataclass(frozen=True)

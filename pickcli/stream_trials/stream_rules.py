@@ -4,6 +4,7 @@ Ours meets an item as early as any arm can, with the arm that acted last if it h
 PR2 system of 2013 (Cowley et al., section IV-C) are: every item is met at one fixed place, the centre of the
 arm's workspace; an arm tries it if the item is there later than now and the duration of its motion to the
 grasp, ``t_pred > now + d_p + d_g``; it moves at once, and waits over the belt for the rest; arms alternate.
+Grasps that were recorded pass a chase filter and a kinematic filter first (IV-A).
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # the names of the rules are read for every help
     from pickcli.cell.station import Carrier
+    from pickcli.planning.belt_picks.belt_query import InterceptQuery
+    from pickcli.planning.belt_picks.grasp_filtering import FilteredContext
     from pickcli.planning.planning_context import PlanningContext
+    from pickcli.scene.item_stream import ItemStream
 
 
 class StreamRule(StrEnum):
@@ -37,6 +41,29 @@ class StreamRule(StrEnum):
             return None
         T, (first, last) = carrier.T_world_carrier, carrier.conveyor.window
         return min(last, max(first, float(T[:3, 0] @ (context.cell.robot.shoulder - T[:3, 3]))))
+
+    def filtered(
+        self, context: PlanningContext, stream: ItemStream, query: InterceptQuery, seed: int
+    ) -> FilteredContext:
+        """Return what a query is planned with: by the rules of 2013, after the filters of recorded grasps.
+
+        Args:
+            context: The cell as the arm sees it, with recorded grasps or without.
+            stream: The items on the conveyor.
+            query: The requested pick.
+            seed: Seed of inverse kinematics.
+
+        Returns:
+            The context, and the grasps that were removed from it.
+
+        Raises:
+            UnknownNameError: There is no such item.
+        """
+        from pickcli.planning.belt_picks.grasp_filtering import FilteredContext, filter_recorded
+
+        if self is StreamRule.EARLIEST:
+            return FilteredContext(context)
+        return filter_recorded(context, stream, query, seed)
 
     def in_turn(
         self, contexts: Sequence[PlanningContext], acting: PlanningContext, last: PlanningContext | None

@@ -11,7 +11,7 @@ from pickcli.monte_carlo.success_rate import SuccessRate
 from pickcli.monte_carlo.trial_statistics import Record, counted_causes, rate_values
 from pickcli.stream_trials.stream_result import ItemOutcome, percentiles
 
-_QUERY = re.compile(r"^no plan for [^:]*: ")  # names the item again
+_QUERY = re.compile(r"no plan for [^:]*: ")  # names the item again
 TOTALS = ("presented", "attempted", "delivered", "collisions", "limit_violations", "stops")
 MET = {"offset_m": "offset", "slip_m_s": "slip", "late_s": "late"}  # what is told of meetings
 
@@ -71,6 +71,11 @@ class StreamStatistics:
         """
         return percentiles([item["met"][MET[figure]] for item in self.items if item["met"] is not None])
 
+    @property
+    def cost_bound(self) -> dict[str, float] | None:
+        """The proven bounds on the cost of transits by ARA*, as ``percentiles``; None without any."""
+        return percentiles([bound for item in self.items if (bound := item.get("cost_bound")) is not None])
+
     def causes(self, outcome: ItemOutcome) -> list[tuple[int, str]]:
         """Count why items had an outcome.
 
@@ -106,6 +111,7 @@ class StreamStatistics:
             "delivered_per_minute": round(self.delivered_per_minute, 6),
             "by_item": {name: rate_values(rate) for name, rate in self.by_item.items()},
             **{figure: self.met(figure) for figure in MET},
+            "cost_bound": self.cost_bound,
             "not_attempted": [{"items": n, "why": why} for n, why in self.causes(not_attempted)],
             "lost": [{"items": n, "why": why} for n, why in self.causes(lost)],
             "totals": {key: self.total(key) for key in TOTALS},

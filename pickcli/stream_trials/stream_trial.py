@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -142,7 +142,17 @@ class _Item:
     met: MeetingRecord | None = None
     arm: str = ""
     clearance: float | None = None
+    cost_bound: float | None = None
     was_known: bool = False
+    refusals: dict[str, str] = field(default_factory=dict)  # why an arm had no plan when it was first asked
+
+    def refuse(self, arm: str, why: str) -> None:
+        """Note why an arm has no plan. Asked again later it is only later, so that its first reason stays."""
+        self.refusals.setdefault(arm, why)
+        if len(self.refusals) > 1:
+            self.reason = "; ".join(f"arm {name}: {each}" for name, each in self.refusals.items())
+        else:
+            self.reason = self.refusals[arm]
 
 
 class _StreamTrial:
@@ -279,8 +289,9 @@ class _StreamTrial:
         missed = "the arm was busy with others" if item.was_known else "it was never seen well enough"
         reason = item.reason or ("" if outcome is ItemOutcome.DELIVERED else missed)
         self.decided[item_id] = StreamItemResult(
-            item_id, outcome, item.attempts, reason, item.t_end, item.met, item.arm, item.clearance
-        )
+            item_id, outcome, item.attempts, reason, item.t_end, item.met, item.arm, item.clearance,
+            item.cost_bound,
+        )  # fmt: skip
 
     def _riding(self) -> ItemStream:
         """Return the true stream of the items that are still open; of one by one, the first of them."""
@@ -325,10 +336,11 @@ class _StreamTrial:
         query = self._query(item_id, t, context)
         scene, seed = seen.scene_at(t), self.request.seed
         began = time.perf_counter()
+        filtered = self.request.rule.filtered(context, seen, query, seed)
         try:
-            plan = plan_intercept(context, seen, query, start, seed, certifier(scene))
+            plan = plan_intercept(filtered.context, seen, query, start, seed, certifier(scene))
         except NoPlanError as error:
-            self.open[item_id].reason = str(error)
+            self.open[item_id].refuse(context.cell.arm, str(filtered.explained(error)))
             self.refusing_ms.append(1e3 * (time.perf_counter() - began))
             return None
         self.planning_ms.append(plan.statistics["planning_ms"])
@@ -342,7 +354,9 @@ class _StreamTrial:
         """Execute a plan in a world with what is truly on the belt."""
         true, t_start, context, plan = self._riding(), self.t, self.arms.context, planned.plan
         item.attempts, item.reason, item.arm = item.attempts + 1, "", context.cell.arm
+        item.refusals.clear()
         item.clearance = None if plan.certificate is None else plan.certificate.min_clearance
+        item.cost_bound = plan.statistics.get("transit_cost_bound")
         self.took = context
         world = self._world(true)
         release_time = context.settings.release_time
@@ -371,9 +385,10 @@ class _StreamTrial:
 
     def _world(self, true: ItemStream) -> World:
         """Return a world with what is truly on the belt now, and the arm that acts where it is."""
-        arms, seed = self.arms, derived_seed("world", self.request.seed, self.look)
+        arms, seed = self.arms, derived_seed("items", self.request.seed)
         scene = replace(true.scene_at(self.t), cell=arms.context.cell)
         world = World(scene, arms.start.q, arms.start.tool_state, reality=self.request.reality, seed=seed)
+        world.reseed(derived_seed("world", self.request.seed, self.look))
         if true.speed > 0.0:
             world.run_belt(true.conveyor, true.speed)
         self.recorder.enter(world, self.t)

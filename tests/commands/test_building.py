@@ -33,6 +33,13 @@ def test_a_line_tells_failures_coverage_and_what_was_kept() -> None:
     assert progress_line("x", BuildProgress(0, 100), 0.0) == "x: 0/100: 0 failed, coverage 0 %"
 
 
+def test_a_line_of_trials_tells_failures_alone_and_only_if_there_are_any() -> None:
+    of_trials = BuildProgress(1, 2, "two, 5", tells_coverage=False)
+    assert of_trials.detail == "two, 5"
+    assert replace(of_trials, n_failed=1, n_kept=1).detail == "1 failed, 1 kept from before: two, 5"
+    assert replace(of_trials, what="").detail == ""
+
+
 def test_json_lines_on_stderr_one_per_task(capsys: pytest.CaptureFixture[str]) -> None:
     with build_report("building", as_json=True) as report:
         report(BuildProgress(2, 4, "", 2, 1, effort_total=3.0))

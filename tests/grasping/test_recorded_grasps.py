@@ -15,7 +15,12 @@ from pickcli.cell.cell import Cell
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import Array, inverse, pose
-from pickcli.grasping.recorded_filters import chase_cosine, chase_filter, kinematic_filter
+from pickcli.grasping.recorded_filters import (
+    chase_cosine,
+    chase_filter,
+    filter_grasps,
+    kinematic_filter,
+)
 from pickcli.grasping.recorded_grasp import (
     USUAL_DISTANCE,
     RecordedGrasp,
@@ -24,7 +29,7 @@ from pickcli.grasping.recorded_grasp import (
 )
 from pickcli.grasping.recorded_grasp_file import read_recorded_grasps, write_recorded_grasps
 from pickcli.motion.plan import Plan
-from pickcli.path_planning.lattice_planner import plan_on_lattice
+from pickcli.path_planning.lattice_planner import LatticePlan, plan_on_lattice
 from pickcli.path_planning.workspace_lattice import HandGoals
 from pickcli.scene.scene import empty_scene
 from pickcli.verification.verify import certifier
@@ -196,6 +201,25 @@ def test_grasps_of_another_tool_and_items_out_of_reach_leave_none() -> None:
     assert kinematic_filter([grasp], pose((5.0, 0.0, 0.7)), context().arm) == ()
 
 
+def test_each_grasp_that_is_removed_is_told_with_its_filter_and_why() -> None:
+    above, behind = coming_from(np.eye(3)[2]), coming_from(np.eye(3)[1])
+    from_below = replace(above, T_item_pregrasp=pose((0.0, 0.0, 1.2), R=DOWN[:3, :3]), source="stated")
+    far = replace(above, T_item_grasp=pose((0.0, 0.0, 3.0), R=DOWN[:3, :3]))
+    other = replace(above, item="crayola_24_ct")
+    recorded, item = (other, behind, above, from_below, far), (above.item, above.year)
+    found = filter_grasps(recorded, item, on_the_belt(), BELT, context().arm)
+    assert found.kept == (above,)
+    assert [str(reason).split(", ")[0] for reason in found.removed] == [
+        "recorded grasp 2: chase filter: it runs after the item",
+        "recorded grasp 4 (stated): kinematic filter: the arm does not reach its pregrasp in a posture in "
+        "which it reaches its grasp",
+        "recorded grasp 5: kinematic filter: the arm does not reach its grasp",
+    ]
+    assert "0 degrees from its velocity, over 30 is asked for" in str(found.removed[0])
+    resting = filter_grasps(recorded, item, on_the_belt(), np.zeros(3), context().arm)
+    assert behind in resting.kept and len(resting.removed) == 2
+
+
 def test_all_pregrasps_that_pass_are_one_goal_set_of_the_planner() -> None:
     """The rules of 2013 one after the other: chase, kinematics, ARA* to any of what is left."""
     arm, T_world_item = context().arm, on_the_belt()
@@ -212,7 +236,7 @@ def test_all_pregrasps_that_pass_are_one_goal_set_of_the_planner() -> None:
     checker = context().checker_for(empty_scene(cell()), Mode(home().tool_state))
     goals = HandGoals(poses, np.array([each.q_pregrasp for each in passed]))
     plan = plan_on_lattice(arm, checker, home().q, goals)
-    assert plan is not None and checker.is_valid_path(plan.path.waypoints)
+    assert isinstance(plan, LatticePlan) and checker.is_valid_path(plan.path.waypoints)
     assert np.allclose(arm.tip(plan.path.waypoints[-1], home().tool_state), poses[plan.goal], atol=1e-5)
 
 

@@ -29,7 +29,7 @@ def motion(played: PlayedStream) -> RecordedMotion:
 
 @pytest.fixture(scope="module")
 def page(played: PlayedStream, motion: RecordedMotion) -> PageDocument:
-    record = stream_record(StreamTrialRequest(ITEMS), played.result, "three.json", "0" * 64)
+    record = stream_record(StreamTrialRequest(ITEMS), played.result, context(), "three.json", "0" * 64)
     return stream_trial_page(record, waiting_scene(ITEMS), [cell()], motion)
 
 

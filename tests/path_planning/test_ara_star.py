@@ -144,6 +144,53 @@ def test_the_start_may_be_next_to_the_goal() -> None:
     assert best is not None and (best.nodes, best.cost, best.cost_bound) == ((0, 1), 0.0, 1.0)
 
 
+@dataclass
+class _Grid:
+    """Steps of 0.06 in eight directions: many ways have one length, but for the rounding of their sums."""
+
+    seed: int
+    n: int = 9
+    start: int = 0
+    goal: int = 80
+
+    @cached_property
+    def is_free(self) -> list[bool]:
+        free = np.random.default_rng(self.seed).random(self.n * self.n) > 0.25
+        free[[self.start, self.goal]] = True
+        return [bool(each) for each in free]
+
+    def successors(self, node: int) -> list[tuple[int, float]]:
+        x, y = divmod(node, self.n)
+        steps = ((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j)
+        ends = ((x + i, y + j, 0.06 * float(np.hypot(i, j))) for i, j in steps)
+        inside = ((a * self.n + b, cost) for a, b, cost in ends if 0 <= a < self.n and 0 <= b < self.n)
+        return [(end, cost) for end, cost in inside if self.is_free[end]]
+
+    def heuristic(self, node: int) -> float:
+        x, y = (self.n - 1 - k for k in divmod(node, self.n))
+        return 0.06 * (abs(x - y) + float(np.sqrt(2.0)) * min(x, y))
+
+
+def test_with_expansions_left_the_bound_is_1_whatever_the_rounding() -> None:
+    n_solved = 0
+    for graph in map(_Grid, range(60)):
+        result = ara_star(graph)
+        assert not result.ran_out
+        least = _dijkstra(graph.successors, graph.start, graph.n**2)[graph.goal]
+        if result.best is None:
+            assert least == np.inf
+            continue
+        n_solved += 1
+        assert result.best.cost == pytest.approx(least, abs=1e-12) and result.best.cost_bound == 1.0
+    assert n_solved > 30
+
+
+def test_a_search_says_whether_its_expansions_ran_out() -> None:
+    graph = _Grid(0)
+    assert ara_star(graph, AraStarSettings(max_expansions=3)).ran_out
+    assert not ara_star(graph, AraStarSettings((3.0,))).ran_out
+
+
 @pytest.mark.parametrize(
     ("deflation", "most", "message"),
     [

@@ -13,9 +13,10 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode
-from pickcli.errors import InputError
+from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
+from pickcli.path_planning import workspace_lattice
 from pickcli.path_planning.ara_star import AraStarSettings
 from pickcli.path_planning.lattice_cost import LatticeResolution
 from pickcli.path_planning.lattice_planner import (
@@ -52,7 +53,8 @@ def planned(
     to: HandGoals, most: int = 400, resolution: LatticeResolution | None = None
 ) -> LatticePlan | None:
     settings = LatticePlannerSettings(AraStarSettings(max_expansions=most), resolution or LatticeResolution())
-    return plan_on_lattice(context().arm, checker(), home().q, to, settings)
+    found = plan_on_lattice(context().arm, checker(), home().q, to, settings)
+    return None if isinstance(found, Reason) else found
 
 
 def near_goal(reach: float) -> HandGoals:
@@ -159,15 +161,29 @@ def test_the_same_question_gives_the_same_bytes() -> None:
     assert first.path.waypoints.tobytes() == again.path.waypoints.tobytes() and first.found == again.found
 
 
-def test_what_is_not_reached_within_the_expansions_is_none() -> None:
-    far = HandGoals(goals("belt").T_world_tip + np.array([[0, 0, 0, 5.0], [0] * 4, [0] * 4, [0] * 4]))
-    assert planned(far, 50) is None
-    assert planned(goals("belt"), 1) is None
+def test_where_no_path_is_found_the_reason_says_whether_more_expansions_may_help() -> None:
+    def why(to: HandGoals, most: int) -> str:
+        settings = LatticePlannerSettings(AraStarSettings(max_expansions=most))
+        found = plan_on_lattice(context().arm, checker(), home().q, to, settings)
+        assert isinstance(found, Reason) and found.what == "no path"
+        return found.detail
+
+    assert why(goals("belt"), 1).endswith("in the 1 expansions that it may take")
+    with mock.patch.object(workspace_lattice, "LARGEST_STEP", 0.0):  # no state but the start
+        told = "after 1 expansions no state is left that may lead to a goal, so more of them do not help"
+        assert why(goals("belt"), 50).endswith(told)
 
 
 def test_a_start_that_is_not_free_has_no_path() -> None:
-    q = _in_the_belt()
-    assert plan_on_lattice(context().arm, checker(), q, goals("belt")) is None
+    found = plan_on_lattice(context().arm, checker(), _in_the_belt(), goals("belt"))
+    assert isinstance(found, Reason) and str(found).startswith("start: no path: it is not free")
+
+
+def test_with_expansions_left_the_path_is_proven_the_best() -> None:
+    """Ways of one length differ by the rounding of their sums, which leaves no bound above 1."""
+    plan = planned(near_goal(0.3), 5000)
+    assert plan is not None and plan.n_expanded < 5000
+    assert plan.cost_bound == 1.0
 
 
 def test_where_the_hands_sphere_is_not_free_no_posture_is_valid() -> None:

@@ -61,7 +61,7 @@ def test_never_is_not_said_where_the_whole_search_finds_a_plan(
             n_said += 1
             with monkeypatch.context() as patch:
                 patch.setattr(axis_intercept, "too_late_by", lambda *args: -np.inf)
-                patch.setattr(axis_intercept, "WIDELY", np.inf)
+                patch.setattr(axis_intercept, "WIDELY_LATE", np.inf)
                 patch.setattr(axis_windows, "least_times", lambda *args: np.array([-np.inf]))
                 assert isinstance(answer(k, travel, speed, start), str)
     assert n_said > 0

@@ -15,8 +15,12 @@ from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
+from pickcli.scene.scene import Scene
+from pickcli.simulation import world as world_module
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
+from pickcli.simulation.reality import Reality
+from pickcli.simulation.scene_bodies import true_masses
 from pickcli.simulation.world import World
 from pickcli.stream_trials.belt_camera import BeltCamera
 from pickcli.stream_trials.stream_result import ItemOutcome, StreamTrialResult
@@ -111,6 +115,26 @@ def test_an_item_that_was_knocked_off_the_belt_is_decided(monkeypatch: pytest.Mo
     monkeypatch.setattr("pickcli.stream_trials.stream_trial.execute", push)
     result = play_stream(StreamTrialRequest(stream), [context()]).result
     assert result.items[1].outcome is ItemOutcome.LOST and "knocked off" in result.items[1].reason
+
+
+def test_an_item_has_one_mass_at_every_attempt(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[float] = []
+
+    def weighed(scene: Scene, reality: Reality, seed: int) -> dict[str, float]:
+        found = true_masses(scene, reality, seed)
+        drawn.extend(mass for name, mass in found.items() if name == first)
+        return found
+
+    def missed(plan: Plan, world: World, **rest: Any) -> Execution:
+        return execute(replace(plan, events=()), world, **rest)  # nothing is switched on
+
+    monkeypatch.setattr(world_module, "true_masses", weighed)
+    monkeypatch.setattr("pickcli.stream_trials.stream_trial.execute", missed)
+    items = of(1, 0.1, (2.0, 2.2))
+    first = items.items[0].id
+    result = play_stream(StreamTrialRequest(items), [context()]).result
+    assert result.items[0].attempts > 1 and len(drawn) == result.items[0].attempts
+    assert len({*drawn}) == 1 and drawn[0] != items.items[0].item.mass
 
 
 def test_an_item_that_leaves_sooner_than_any_pick_takes_costs_no_query(

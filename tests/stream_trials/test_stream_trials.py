@@ -12,6 +12,7 @@ import pytest
 
 from pickcli.cell.data_path import data_path
 from pickcli.commands.played_stream import paper_lines
+from pickcli.commands.trials_output import cause_lines, rate_line
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, RunOptions
 from pickcli.monte_carlo.trial_comparison import TrialComparison
@@ -115,6 +116,79 @@ def test_statistics_count_what_came_was_attempted_and_was_delivered() -> None:
     }  # fmt: skip
     assert found.computing()["planning_ms"]["p99"] == 150.0
     assert found.computing()["refusing_ms"]["median"] == 2.0
+
+
+def test_only_the_trials_that_the_summary_lists_are_read(tmp_path: Path) -> None:
+    """A run over another one leaves trials in its folder that are not its own."""
+    run, fewer = tmp_path / "run", tmp_path / "fewer"
+    played(ScriptedStreams(("a", "b")), run)
+    played(ScriptedStreams(("a",)), run, replaced=True)
+    played(ScriptedStreams(("a",)), fewer)
+    assert (run / "b-0" / "trial.json").exists()
+    names = [f"a-{seed}" for seed in SEEDS]
+    assert [*TRIALS.read(run)] == names and TRIALS.is_of(run)
+    assert apc("show", run, "-o", tmp_path / "page.html").code == 0
+    assert (tmp_path / "page.html").read_bytes() == (fewer / PAGE).read_bytes()
+    compared = apc("compare-trials", run, fewer)
+    assert compared.code == 0 and "only in" not in compared.out
+
+
+def test_a_summary_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
+    played(ScriptedStreams(("a",)), tmp_path / "run")
+    summary = tmp_path / "run" / SUMMARY
+    content = json.loads(summary.read_text())
+    for trials in ([], "x", [1], [{"trial": "../a-0"}], [{"trial": 3}], None):
+        summary.write_text(json.dumps({**content, "trials": trials}))
+        with pytest.raises(InputError, match=r"trials\.json: lists no trials"):
+            TRIALS.read(tmp_path / "run")
+    summary.write_text(json.dumps(content))
+    (tmp_path / "run" / "a-1" / "trial.json").unlink()
+    with pytest.raises(InputError, match=r"lists the trial a-1, which has no trial\.json there"):
+        TRIALS.read(tmp_path / "run")
+
+
+def test_folders_without_trials_are_told_for_what_they_are(tmp_path: Path) -> None:
+    whole, interrupted, single, empty = (tmp_path / name for name in ("whole", "broken", "single", "empty"))
+    played(ScriptedStreams(("a",)), whole)
+    with pytest.raises(KeyboardInterrupt):
+        played(ScriptedStreams(("a",), ends_at=("a", "2")), interrupted)
+    write_scripted_streams(tmp_path, "single", range(1), 0.0)
+    (tmp_path / "single-0").rename(single)
+    empty.mkdir()
+    for other, told in (
+        (interrupted, "its run was interrupted, and has no trials.json yet"),
+        (single, "is the folder of a single trial"),
+        (empty, "no trials in it"),
+    ):
+        for words in ((whole, other), (other, whole)):
+            answer = apc("compare-trials", *words)
+            refused(answer, 3, f"{other}: {told}")
+            assert "has trials of" not in answer.err
+
+
+def test_without_an_attempt_the_share_of_the_attempted_is_none() -> None:
+    left = {"item": "bottle", "outcome": "not attempted", "reason": "", "attempts": 0, "met": None}
+    (record,) = records("a", 0.0, range(1)).values()
+    record = {**record, "items": [left], "presented": 1, "attempted": 0, "delivered": 0}
+    values = StreamStatistics({"a-0": record}).values()
+    assert values["delivered_of_attempted"] == {"successes": 0, "tries": 0, "share": None, "interval": None}
+    assert rate_line(values["delivered_of_attempted"], "items") == "none"
+    assert rate_line(values["delivered"], "items").startswith("0 of 1 items, 0.0%")
+    facts = {fact.label: fact.value for fact in stream_trials_page({"a-0": record}).facts}
+    assert facts["of those attempted"] == "none"
+
+
+def test_causes_are_whole_in_the_summary_and_shortened_on_the_terminal() -> None:
+    why = "no plan for pick can from belt: " + "; ".join(f"reason {'x' * 60} of {k}" for k in range(9))
+    item = {"item": "can", "outcome": "not attempted", "reason": why, "attempts": 0, "met": None}
+    found = [
+        {"items": n, "why": cause}
+        for n, cause in StreamStatistics({"a": {"items": [item]}}).causes(ItemOutcome.NOT_ATTEMPTED)
+    ]
+    assert str(found[0]["why"]).count("x" * 60) == 9
+    (line,) = cause_lines("not attempted", found, "items", "why")
+    assert line.startswith("not attempted 1 times: no plan: ") and line.endswith("... (whole in trials.json)")
+    assert len(line) < 200
 
 
 def test_causes_name_neither_the_item_nor_another() -> None:
@@ -290,3 +364,19 @@ def test_an_edited_record_is_refused_with_its_field(
     with pytest.raises(InputError) as error:
         RECORDS.read(path)
     assert told in str(error.value) and str(path) in str(error.value)
+
+
+def test_a_run_over_another_one_that_is_ended_as_it_writes_is_no_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The summary of the former one is gone, and that of its trials not there yet."""
+    played(ScriptedStreams(("a",)), tmp_path / "run")
+
+    def ended(path: Path, *rest: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pickcli.monte_carlo.trials_folder.write_bytes", ended)
+    with pytest.raises(KeyboardInterrupt):
+        played(ScriptedStreams(("a",), inputs="fedcba9876543210"), tmp_path / "run", replaced=True)
+    with pytest.raises(InputError, match="its run was interrupted"):
+        TRIALS.read(tmp_path / "run")

@@ -11,4 +11,5 @@ Read `intercept`, which answers a `belt_query`:
 - In both, `belt_proof` binds the events in time and proves the ways free, `belt_raise` lengthens the lines
   to where the arm may wait whatever comes, and `line_pace` slows them down, so that the belt may change its
   speed.
+- By the rules of 2013, `grasp_filtering` leaves out recorded grasps that chase the item, or are not reached.
 """

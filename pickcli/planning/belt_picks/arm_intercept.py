@@ -15,7 +15,6 @@ from functools import cached_property
 
 import numpy as np
 
-from pickcli.cell.device import DeviceKind
 from pickcli.collision.motion_segment import scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
@@ -27,7 +26,13 @@ from pickcli.planning.assembly.carried_motion import carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.belt_picks.belt_grasps import BeltGrasps
 from pickcli.planning.belt_picks.belt_meetings import INWARD, BeltMeeting, BeltMeetings, MeetingTimes
-from pickcli.planning.belt_picks.belt_query import InterceptQuery, QueryBelt
+from pickcli.planning.belt_picks.belt_query import (
+    PACED_COMING,
+    WIDELY_LATE,
+    InterceptQuery,
+    QueryBelt,
+    pumped_from,
+)
 from pickcli.planning.belt_picks.belt_raise import raised_over_belt
 from pickcli.planning.belt_picks.follow_bounds import RideTimes, why_unreached
 from pickcli.planning.belt_picks.followed_stitching import (
@@ -54,11 +59,9 @@ from pickcli.timing.line_tracking import ramp_time
 SOONEST = 1.5  # s from the start until the arm follows the belt, at the soonest that is tried: a rule
 LEFT_BEFORE = "leaves the window before it is lifted"
 MOST_MET = 10  # meetings that one effort tries
-WIDELY = 0.25  # s that all grasps are too late, for which no others are searched: a rule, not a proof
 WHERE_SEARCHED = (
     0.35  # of the way from the soonest contact to the end of the window: where grasps are searched
 )
-PACED_COMING = 0.9  # of the limits for the way to the belt, whose time is that of the belt
 FOLLOWING = 0.5  # of the limits of acceleration and jerk, by which the arm comes up to the belt's speed
 LEAST_RAMP = 0.25  # s
 LONGER = (1.2, 2.0)  # times that ramp, until no joint is too slow for it
@@ -171,8 +174,7 @@ def why_unmet(context: PlanningContext, belt: QueryBelt, query: InterceptQuery) 
 
 def _soonest(context: PlanningContext, belt: QueryBelt) -> float:
     """Time (s) from the start until the arm follows the belt at the soonest."""
-    pumps = (each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP)
-    return max(belt.first, SOONEST, *pumps)
+    return max(belt.first, SOONEST, pumped_from(context.cell))
 
 
 @dataclass(frozen=True)
@@ -256,7 +258,7 @@ class _Search:
     @property
     def would_go_wide(self) -> bool:
         """Whether a wide search could help: not for an arm that follows lines, or is much too late."""
-        are_late = not self.queue.n_met and WIDELY < self.queue.least_late < np.inf
+        are_late = not self.queue.n_met and WIDELY_LATE < self.queue.least_late < np.inf
         return not (self._has_motion or are_late)
 
     def _met(self, meeting: BeltMeeting) -> FollowedTaking | Failures | float:

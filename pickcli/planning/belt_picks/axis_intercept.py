@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.device import DeviceKind
 from pickcli.collision.motion_segment import scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
@@ -26,7 +25,13 @@ from pickcli.planning.belt_picks.axis_windows import (
     contact_windows,
     timely_grasps,
 )
-from pickcli.planning.belt_picks.belt_query import InterceptQuery, QueryBelt
+from pickcli.planning.belt_picks.belt_query import (
+    PACED_COMING,
+    WIDELY_LATE,
+    InterceptQuery,
+    QueryBelt,
+    pumped_from,
+)
 from pickcli.planning.belt_picks.reach_table import BeltTimes, too_late_by
 from pickcli.planning.belt_picks.tracked_stitching import Arrival, Meeting, Ramp, TimedTaking, stitch_tracked
 from pickcli.planning.pick_problem import PickProblem, PickQuery
@@ -42,8 +47,6 @@ ELSEWHERE = 0.25  # s that a meeting is put off if it cannot be reached for anot
 # Where on the way from the soonest to the last time in the window grasps are searched, until one is met.
 WHERE_PLANNED = (0.5, 0.15, 0.85)
 GENTLER = 2.0  # times the duration of a ramp during which the arm leaves already: accelerations add up
-PACED_COMING = 0.9  # of the limits for the way to it, whose time is that of the belt
-WIDELY = 0.25  # s too late at one place of the belt, for which others are not tried: a rule, not a proof
 MOST_MEETINGS = 8  # that are tried for one grasp
 
 
@@ -89,7 +92,7 @@ def plan_axis_intercept(
             if tried.plan is not None:
                 return tried.plan
             failures, has_grasp = failures + tried.failures, has_grasp or tried.has_grasp
-            if tried.delay > WIDELY:
+            if tried.delay > WIDELY_LATE:
                 break
         if has_grasp:
             break
@@ -188,9 +191,8 @@ def _arrival(context: PlanningContext, belt: AxisBelt, window: ContactWindow, st
     late = window.earliest - window.taking.inward.trajectory.duration - window.taking.t_planned
     ready = along(window.taking.motion, belt.axis, belt.speed * late)
     transit = estimated_duration(context.space, np.stack([start.q, ready.start]))
-    pumps = (each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP)
     moved = transit + belt.ramp + window.taking.inward.trajectory.duration
-    return max(window.earliest, moved, *pumps)
+    return max(window.earliest, moved, pumped_from(context.cell))
 
 
 def _met(belt: AxisBelt, window: ContactWindow, start: Start, t_contact: float) -> Plan | Failures:

@@ -7,13 +7,30 @@ from functools import cached_property
 
 import numpy as np
 
+from pickcli.cell.cell import Cell
+from pickcli.cell.device import DeviceKind
 from pickcli.errors import NoPlanError, Reason
 from pickcli.motion.plan import LineTracking, Plan, times_at_work
 from pickcli.scene.belt_sweep import swept_along_belt
 from pickcli.scene.item_stream import ItemStream, after_travel
 from pickcli.scene.scene import TOTE, Scene
 
+PACED_COMING = 0.9  # of the limits, the most on the way to a belt: its time is that of the belt
+WIDELY_LATE = 0.25  # s that all grasps are too late, for which no others are searched: a rule, not a proof
 DEVIATION = 0.015  # m by which the belt may be off the plan while an axis follows it: 1 to 4 mm are usual
+
+
+def pumped_from(cell: Cell) -> float:
+    """Return from when on the pump draws, which is switched on at the start of the plan.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        s; 0 without a pump.
+    """
+    leads = (each.lead for each in cell.devices.values() if each.kind is DeviceKind.PUMP)
+    return max(leads, default=0.0)
 
 
 @dataclass(frozen=True)

@@ -23,12 +23,12 @@ import numpy as np
 
 from pickcli.cartesian.corridor import LEAST_LIFT
 from pickcli.cartesian.key_waypoints import CONTACT_DISTANCE
-from pickcli.cell.device import DeviceKind
 from pickcli.cell.station import Carrier
 from pickcli.cell.tool import ACROSS as ACROSS_CUP
 from pickcli.cell.tool import IN_LINE
 from pickcli.collision.motion_segment import Mode
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
+from pickcli.planning.belt_picks.belt_query import PACED_COMING, pumped_from
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, Scene, empty_scene
 from pickcli.seeds import derived_rng
@@ -43,7 +43,6 @@ ALONG = (0.0, 0.5, 1.0)  # shares of the window
 N_SEEDS = 16  # random ones, in a cell that names none
 N_AROUND = 12  # horizontal directions
 MARGIN = 0.1  # s that a bound may be off, as the arm also has configurations between those of the table
-PACE = 0.9  # of the limits, the most in any motion to a belt
 SAME_TURN = 2.0 * np.pi
 DOWN = np.array([0.0, 0.0, -1.0])
 
@@ -113,7 +112,6 @@ def _bound(
     if len(rows) == 0:
         return np.inf
     settings, tool = context.settings, context.cell.robot.tool
-    pumps = [each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP]
     rests = context.method.rests(context.cell.devices, settings.release_time)
     lowered = CONTACT_DISTANCE / tool.contact_speed
     if direction[2] < -ALIKE:
@@ -123,7 +121,8 @@ def _bound(
     lasts += max(0.0, neighbours.over_item - lifted) / settings.retreat_speed
     v, k, limits = times.along, times.axis, context.arm.limits
     contact = np.maximum(
-        max(times.first, *pumps), least_times(context, q, rows[:, 1:], k) + times.ramp + lowered
+        max(times.first, pumped_from(context.cell)),
+        least_times(context, q, rows[:, 1:], k) + times.ramp + lowered,
     )
     # The axis at the contact: the item's place along the belt less what the arm reaches ahead of the axis.
     ahead = times.travel - rows[:, 0]
@@ -278,7 +277,7 @@ def least_times(context: PlanningContext, q: Array, goals: Array, axis: int) -> 
     d = np.abs(goals - q)
     turns = limits.upper - limits.lower > SAME_TURN
     d = np.where(turns, np.minimum(d % SAME_TURN, SAME_TURN - d % SAME_TURN), d)
-    v, a = PACE * scale * limits.velocity, PACE**2 * scale * limits.acceleration
+    v, a = PACED_COMING * scale * limits.velocity, PACED_COMING**2 * scale * limits.acceleration
     t = np.where(d > v**2 / a, d / v + v / a, 2.0 * np.sqrt(d / a))
     t[:, axis] = 0.0
     return np.asarray(t.max(axis=1))

@@ -14,6 +14,7 @@ from pickcli.grasping.grasp_target import CandidateSet
 from pickcli.grasping.recorded_grasp import RecordedGrasp
 from pickcli.planning.pick_problem import PickProblem
 
+NO_RECORDED = "no recorded grasp"
 IN_ENVELOPE = 1e-3  # m, or difference of cosines, by which a recorded pose may be outside of an envelope
 
 
@@ -30,9 +31,7 @@ def recorded_candidates(problem: PickProblem, recorded: Sequence[RecordedGrasp])
     item, target = problem.target.item, problem.target.id
     mine = [grasp for grasp in recorded if (grasp.item, grasp.year) == (item.name, item.year)]
     if not mine:
-        reason = Reason(
-            "no recorded grasp", target, f"none of {len(recorded)} is of {item.name} of {item.year}"
-        )
+        reason = Reason(NO_RECORDED, target, f"none of {len(recorded)} is of {item.name} of {item.year}")
         return CandidateSet((), (reason,))
     states = {state.name: state for state in problem.context.cell.robot.tool.states}
     found = [_candidates(problem, grasp, states[grasp.tool_state]) for grasp in mine]
