@@ -15,6 +15,7 @@ from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.room_sight import LEAST_SEEN, RoomSight, coarse_view, room_sight
 from pickcli.perception.items.routing import ItemRoute, PrintSearch, pixels_per_mm, routes_of
+from pickcli.perception.perception_versions import perception_versions
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.perception.viewpoints import Viewpoint
@@ -129,6 +130,7 @@ def perceived_in(
     return Perceived(
         scene.cell.name, camera.name, camera.model.name, first.rgbd.T_world_camera, found,
         also_from=tuple(each.rgbd.T_world_camera for each in used.values()),
+        versions=perception_versions(item.route for place in found for item in place.items),
     )  # fmt: skip
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +65,7 @@ class Perceived:
         places: The answers by place.
         pod: Where the pod stands; None if it was not located.
         also_from: (4, 4) its stated poses of further pictures.
+        versions: Versions of the packages that shaped the answers, by name; none if that is not known.
     """
 
     cell: str
@@ -74,6 +75,7 @@ class Perceived:
     places: tuple[PlaceObservation, ...]
     pod: PodEstimate | None = None
     also_from: tuple[Array, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
 
     def error_about_camera(self, mount: MountError) -> MountError:
         """Bound by how much all that was seen may be off alike, about the pose of the first picture.
@@ -123,6 +125,7 @@ def perceived_values(perceived: Perceived) -> dict[str, Any]:
             for each in perceived.places
         ],
         **({} if perceived.pod is None else {"pod": _pod_values(perceived.pod)}),
+        **({"made_from": {"versions": dict(perceived.versions)}} if perceived.versions else {}),
     }
 
 
@@ -190,7 +193,10 @@ def read_perceived(
         for i, seen in enumerate(places):
             check_sight(source, ("places", i), seen, cell.places[seen.place], camera, list(taken.values()))
     source.check()
-    return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places), pod, also_from)
+    versions = {} if model.made_from is None else model.made_from.versions
+    return Perceived(
+        model.cell, model.camera, model.sensor, T_world_camera, tuple(places), pod, also_from, versions
+    )
 
 
 def _camera(source: Source, model: PerceivedModel, cell: Cell) -> MountedCamera | None:

@@ -117,6 +117,12 @@ class LocatedPodModel(FileModel):
     start: Literal["legs", "boxes"] | None = Field(None, description='"legs" or "boxes"')
 
 
+class PerceptionVersionsModel(FileModel):
+    """What shaped the bytes of the answers."""
+
+    versions: Annotated[dict[Text, Text], Len(0, 100)] = Field(description="versions of packages by name")
+
+
 class PerceivedModel(FileModel):
     """A file of perceived items."""
 
@@ -131,3 +137,4 @@ class PerceivedModel(FileModel):
     )
     places: Annotated[tuple[PerceivedPlaceModel, ...], Len(0, 100)] = Field(description="a list of places")
     pod: LocatedPodModel | None = Field(None, description="where the pod stands, if it was located")
+    made_from: PerceptionVersionsModel | None = Field(None, description="what it was made from")

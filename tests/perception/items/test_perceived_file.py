@@ -40,6 +40,9 @@ def test_a_file_is_read_as_it_was_written(perceived: Perceived, cell: Cell, tmp_
         for item in place["items"]:
             item["pose"] = {key: np.round(value, 12).tolist() for key, value in item["pose"].items()}
     assert ours["places"] == theirs["places"]
+    assert again.versions == {}, "files from before state none"
+    write_perceived(replace(perceived, versions={"numpy": "2.0", "opencv": "4.1"}), path)
+    assert read_perceived(path, cell).versions == {"numpy": "2.0", "opencv": "4.1"}
     np.testing.assert_allclose(again.T_world_camera, perceived.T_world_camera, atol=1e-12)
 
 
@@ -57,6 +60,7 @@ def test_a_file_is_read_as_it_was_written(perceived: Perceived, cell: Cell, tmp_
         (("places", 0, "items", 0, "pose", "position"), [0.0, 0.0], "position"),
         (("places", 0, "items", 0, "name"), "no_such_item", "no_such_item"),
         (("places", 0, "items", 0, "colour"), "red", "colour"),
+        (("made_from",), {"versions": {"opencv": 4}}, r"made_from\.versions\.opencv"),
         (
             ("places", 0, "unknown"),
             [[[0.1, 0.0, 0.0], [0.0, 0.1, 0.1]]],
