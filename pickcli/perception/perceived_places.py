@@ -51,7 +51,7 @@ def places_in_sight(
         scene: The scene, for where the places are.
         contents: What is listed to be in each.
         viewpoints: From where pictures are taken, by how messages call them.
-        advice: What to do if there is none, as "move the arm with --at".
+        advice: What to do if there is none, as "move the arm".
 
     Returns:
         The places, in the order of the cell.
@@ -61,7 +61,7 @@ def places_in_sight(
     """
     listed = [place for place in scene.cell.places.values() if contents.get(place.name)]
     if not listed:
-        raise InputError("no items are listed to be in any place; name a place to look into with --bin")
+        raise InputError("no items are listed to be in any place; name the places to look into")
     sights = {place: _best_sight(scene, place, list(viewpoints.values())) for place in listed}
     most = max(sights, key=lambda place: sights[place].seen)
     if not sights[most].is_enough:

@@ -210,6 +210,11 @@ def test_lines_tell_bounds_doubts_and_what_is_left(cell: Cell) -> None:
             3,
             "camera hand at drop_12_down: nothing is measured in any pixel; ensenso measures from",
         ),
+        (
+            ("--camera", "hand", "--at", "drop_12_down", "-o", "a.json"),
+            3,
+            "look from before a place (--camera and --at say from where it is taken)",
+        ),
     ],
 )
 def test_mistakes_are_told(made: Made, tmp_path: Path, argv: tuple[str, ...], code: int, told: str) -> None:
