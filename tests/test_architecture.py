@@ -176,3 +176,23 @@ def test_no_modules_import_each_other_in_a_circle() -> None:
     assert len(paths) > 400
     graph = {name: imported_by(path, set(paths)) for name, path in paths.items()}
     tuple(TopologicalSorter(graph).static_order())  # raises CycleError, which names the circle
+
+
+def test_perception_knows_no_options_of_commands() -> None:
+    """Scripts and other programs use it, too: what an option is called is for commands to say."""
+    option, told = re.compile(r"(?<![\w-])--[a-z]"), []
+    for path in sorted((ROOT / "pickcli" / "perception").rglob("*.py")):
+        tree = ast.parse(path.read_text())
+        documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
+        docs = {
+            id(node.body[0].value)
+            for node in ast.walk(tree)
+            if isinstance(node, documented) and isinstance(node.body[0], ast.Expr)
+        }
+        told += [
+            f"{path.name}:{node.lineno}"
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            if id(node) not in docs and option.search(node.value)
+        ]
+    assert told == []

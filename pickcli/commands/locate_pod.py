@@ -64,6 +64,7 @@ def command(
     from pickcli.perception.camera_pose import camera_pose
     from pickcli.perception.depth_picture import DepthPicture, read_depth
     from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
+    from pickcli.perception.perception_versions import perception_versions
     from pickcli.perception.pod_pose import locate_pod
     from pickcli.perception.recorded_picture import read_recording
 
@@ -102,7 +103,10 @@ def command(
         if recorded is None:
             raise
         raise InputError(f"{recorded}: {error}") from None
-    perceived = Perceived(scene.cell.name, camera.name, camera.model.name, picture.T_world_camera, (), pod)
+    perceived = Perceived(
+        scene.cell.name, camera.name, camera.model.name, picture.T_world_camera, (), pod,
+        versions=perception_versions(()),
+    )  # fmt: skip
     write_perceived(perceived, output, overwrite)
     x, y, yaw = _displacement(pod, scene.cell)
     if as_json:

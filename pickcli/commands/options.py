@@ -369,6 +369,25 @@ def of_file(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: {error}") from None
 
 
+@contextmanager
+def advised(advice: str) -> Iterator[None]:
+    """Add what else the user of a command may do to the message of an InputError raised in the context.
+
+    Args:
+        advice: The advice, which may name options, as libraries do not know any.
+
+    Yields:
+        Nothing, once.
+
+    Raises:
+        InputError: As raised inside, with the advice.
+    """
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{error}{advice}") from None
+
+
 def _files(inputs: Sequence[Path | str | None]) -> Iterator[Path]:
     """Yield the files that a command reads; for a cell all that describe it, else those near the top."""
     from pickcli.cell.data_path import data_path

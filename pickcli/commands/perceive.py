@@ -26,6 +26,7 @@ from pickcli.commands.named_camera import (
 )
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
+    advised,
     json_option,
     output_option,
     refuse_output,
@@ -122,7 +123,8 @@ def command(
         where = f"camera {name} at {at or 'home'}"
         with stage("rendering"):
             viewpoint = named_viewpoint(scene.cell, name, at or "home")
-            taken = (taken_picture(scene, viewpoint, where, seeds),)
+            with advised(" (--camera and --at say from where it is taken)"):
+                taken = (taken_picture(scene, viewpoint, where, seeds),)
     true = scene
     if pod_path is not None:
         scene = _with_pod(scene, pod_path)

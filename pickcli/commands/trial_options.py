@@ -16,6 +16,7 @@ from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.named_camera import refuse_missing_opencv, sift_option
 from pickcli.commands.options import (
+    advised,
     approach_option,
     cell_option,
     drop_from_option,
@@ -270,7 +271,7 @@ class TrialOptions:
         if kind is PerceptionKind.TRUTH:
             noise = PoseNoise()
         return TrialConditions(
-            noise, reality, self.pod_shift, rule, strategy, kind, self._sift_of(kind), self.tote_shift,
+            noise, reality, self.pod_shift, rule, strategy, kind, self._sift_of(kind, cell), self.tote_shift,
             self.locate_tote,
         )  # fmt: skip
 
@@ -283,19 +284,23 @@ class TrialOptions:
         if self.perception is not None:
             kind = PerceptionKind(self.perception)
             if kind is PerceptionKind.CAMERA:
-                refuse_unseen_bins(cell)
+                with advised(", or play with --perception noise"):
+                    refuse_unseen_bins(cell)
             return kind
         if is_stated("pose_noise") or any(order.kind is not OrderKind.PICK for order in orders):
             return PerceptionKind.NOISE
         return PerceptionKind.CAMERA if sees_all_bins(cell) else PerceptionKind.NOISE
 
-    def _sift_of(self, kind: PerceptionKind) -> SiftRule:
+    def _sift_of(self, kind: PerceptionKind, cell: Cell) -> SiftRule:
         """How prints are looked for; what does that is missed before any work."""
+        from pickcli.perception.viewpoints import sees_all_bins
         from pickcli.trial.trial_perception import PerceptionKind
 
         if kind is not PerceptionKind.CAMERA:
             if self.sift is not SiftRule.NONE and is_stated("sift"):
-                raise click.UsageError("--sift: prints are looked for by cameras; add --perception camera")
+                blind = f"those of cell {cell.name} do not see all its bins; leave it out"
+                advice = "add --perception camera" if sees_all_bins(cell) else blind
+                raise click.UsageError(f"--sift: prints are looked for by cameras; {advice}")
             return SiftRule.NONE
         refuse_missing_opencv(self.sift, ", or cameras with --perception noise")
         return self.sift

@@ -16,5 +16,6 @@ a `pod_bound` of the error, a `floor_pose_bound`.
 `pallets` finds a pallet on the floor.
 `tracking` follows items on a conveyor.
 A `mount_calibration` finds it in several pictures, and the errors of cameras' mounts with it.
-A `perceived_picture` shows answers over the picture. A `believed_scene` is what all this leaves a robot with.
+A `perceived_picture` shows answers over the picture; `perception_versions` say which packages shaped them.
+A `believed_scene` is what all this leaves a robot with.
 """

@@ -56,7 +56,7 @@ def believed_scene(
     latest: dict[str, tuple[PlaceObservation, Perceived]] = {}
     for look in looks:
         if look.cell != cell.name:
-            raise InputError(f"a look is of cell {look.cell}, not of {cell.name}; name its cell with --cell")
+            raise InputError(f"a look is of cell {look.cell}, not of {cell.name}; believe looks of one cell")
         if look.camera not in cell.cameras:
             raise UnknownNameError("camera", look.camera, list(cell.cameras), f"cell {cell.name}")
         for seen in look.places:
@@ -122,7 +122,7 @@ def _refuse_elsewhere(scene: Scene, places: Iterable[PlaceObservation]) -> None:
         if not Displacement(error.x + own.x, error.y + own.y, error.yaw + own.yaw).allows(off):
             raise InputError(
                 f"{seen.place} was looked into with the pod {1e3 * np.hypot(*off[:2, 3]):.1f} mm from where "
-                "it was located, which is more than both errors; perceive its items with --pod"
+                "it was located, which is more than both errors; look for its items where the pod was located"
             )
 
 

@@ -103,7 +103,7 @@ def taken_picture(scene: Scene, viewpoint: Viewpoint, where: str, seeds: Picture
     if not np.isfinite(depth).any():
         raise InputError(
             f"{where}: nothing is measured in any pixel; {model.name} measures from "
-            f"{model.depth.least:g} to {model.depth.greatest:g} m; move the arm with --at before a place"
+            f"{model.depth.least:g} to {model.depth.greatest:g} m; look from before a place"
         )
     colour = colour_picture(rendered, model.camera, T_world_camera, seeds.textures)
     return CameraPicture(where, viewpoint, RgbdPicture(model, T_world_camera, depth, colour))

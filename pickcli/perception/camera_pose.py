@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import Robot
+from pickcli.cell.robot import JointType, Robot
 from pickcli.cell.sensors.mounted_camera import MountedCamera
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
@@ -41,3 +41,24 @@ def camera_pose(robot: Robot, camera: MountedCamera, q: Array, tool_state: ToolS
     if camera.link is None:
         return camera.T_parent_camera
     return np.asarray(link_poses(robot, q, tool_state)[camera.link] @ camera.T_parent_camera)
+
+
+def farthest_camera(robot: Robot, camera: MountedCamera) -> float:
+    """Bound how far a camera on a link is from the base of the robot, in any configuration.
+
+    Args:
+        robot: The robot.
+        camera: The camera.
+
+    Returns:
+        m: the lengths of all links between them, stretched out, and the travel of prismatic joints.
+    """
+    way, link = float(np.linalg.norm(camera.T_parent_camera[:3, 3])), camera.link
+    arriving = {joint.child: joint for joint in robot.joints}
+    while link in arriving:
+        joint = arriving[link]
+        way += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
+        if joint.type is JointType.PRISMATIC:
+            way += max(abs(joint.lower), abs(joint.upper))
+        link = joint.parent
+    return way

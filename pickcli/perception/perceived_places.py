@@ -15,6 +15,7 @@ from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.room_sight import LEAST_SEEN, RoomSight, coarse_view, room_sight
 from pickcli.perception.items.routing import ItemRoute, PrintSearch, pixels_per_mm, routes_of
+from pickcli.perception.perception_versions import perception_versions
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.perception.viewpoints import Viewpoint
@@ -50,7 +51,7 @@ def places_in_sight(
         scene: The scene, for where the places are.
         contents: What is listed to be in each.
         viewpoints: From where pictures are taken, by how messages call them.
-        advice: What to do if there is none, as "move the arm with --at".
+        advice: What to do if there is none, as "move the arm".
 
     Returns:
         The places, in the order of the cell.
@@ -60,7 +61,7 @@ def places_in_sight(
     """
     listed = [place for place in scene.cell.places.values() if contents.get(place.name)]
     if not listed:
-        raise InputError("no items are listed to be in any place; name a place to look into with --bin")
+        raise InputError("no items are listed to be in any place; name the places to look into")
     sights = {place: _best_sight(scene, place, list(viewpoints.values())) for place in listed}
     most = max(sights, key=lambda place: sights[place].seen)
     if not sights[most].is_enough:
@@ -129,6 +130,7 @@ def perceived_in(
     return Perceived(
         scene.cell.name, camera.name, camera.model.name, first.rgbd.T_world_camera, found,
         also_from=tuple(each.rgbd.T_world_camera for each in used.values()),
+        versions=perception_versions(item.route for place in found for item in place.items),
     )  # fmt: skip
 
 

@@ -2,7 +2,9 @@
 
 The factor of a `floor_pose_bound` is one for all sensors and views: that of the sensor that needs most, by
 which 99.5 % of the poses of drawn pods had all their errors within
-(``python -m bench.pod_pose --shifts 200 --seed 1 --calibrate``).
+(``python -m bench.pod_pose --shifts 200 --seed 1 --calibrate``). It was fitted to pods that are solid to the
+floor, before those of the cells stood on legs, and not again since; docs/perception.md has how often bounds
+with it hold for pods on legs.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.recorded_picture_schema import RecordingModel
 from pickcli.perception.surface_view import FloatPicture
 
-_MOST_SHIFT, _MOST_ANGLE = 0.05, float(np.radians(5.0))  # m and rad by which a calibration may move a camera
+MOST_SHIFT, MOST_ANGLE = 0.05, float(np.radians(5.0))  # m and rad by which a calibration may move a camera
 _RIGID = 1e-4  # of the entries of a rotation, which drivers print with few digits
 # Of the range that a sensor states: a recording beyond it was written in another unit.
 _FAR_OFF = 2.0
@@ -102,7 +102,7 @@ class RecordedPicture:
         """
         off = inverse(T_world_camera) @ self.T_world_camera
         shift, angle = float(np.linalg.norm(off[:3, 3])), rotation_angle(off[:3, :3])
-        if shift > _MOST_SHIFT or angle > _MOST_ANGLE:
+        if shift > MOST_SHIFT or angle > MOST_ANGLE:
             raise InputError(
                 f"{self.path}: T_world_camera is {1e3 * shift:.0f} mm and {np.degrees(angle):.0f} degrees "
                 f"from where the camera is with the arm at {self.at}; state both of the same moment"

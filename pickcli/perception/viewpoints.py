@@ -83,7 +83,7 @@ def viewpoint_of(place: Place, cell: Cell) -> Viewpoint:
     if best is None:
         raise InputError(
             f"{place.name}: no depth camera of {cell.name} sees half of its room from a configuration of "
-            f"kind {CAMERA_KIND}; state one (docs/formats/cell.md), or play with --perception noise"
+            f"kind {CAMERA_KIND}; state one (docs/formats/cell.md)"
         )
     return best
 

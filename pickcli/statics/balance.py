@@ -18,9 +18,9 @@ from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import GRAVITY, Array
 from pickcli.scene.scene import PlacedItem
 from pickcli.statics.contact_graph import ContactGraph
+from pickcli.statics.hollow_contacts import hollow_patches, is_of_hollow
 from pickcli.statics.patches import feature, patch
 from pickcli.statics.solid_contact import (
-    FRICTION,
     SolidContact,
     balance,
     bears,
@@ -94,13 +94,15 @@ class Balance:
     def is_at_rest(self, item_id: str) -> bool:
         """Whether an item can be at rest at its pose, with rough surfaces and contact forces of any size.
 
+        Items with hollows touch with the solids that are left of them.
+
         Args:
             item_id: Id of the item.
 
         Returns:
             False if it must fall or roll from there, however its contacts push.
         """
-        cones, own = self._touched(item_id, frozenset(), ROUGH), np.concatenate([_UP, np.zeros(3)])
+        cones, own = self._rested_on(item_id), np.concatenate([_UP, np.zeros(3)])
         placed = self.graph.items[item_id]
         lever = LEVER + 2 * self.graph.scene.bound(placed)  # m that its weight may act beside contacts
         return balance(cones, own, min(_half_size(placed), lever / WEIGHT_TOLERANCE))[1] <= WEIGHT_TOLERANCE
@@ -221,12 +223,16 @@ class Balance:
 
     def _found_patch(self, contact: SolidContact, inset: float) -> Array:
         a, b = self.graph.index[contact.a], self.graph.index[contact.b]
-        both = [self.graph.items[name] for name in (contact.a, contact.b) if name in self.graph.items]
-        angle = max((self.graph.scene.noise_of(placed).angle for placed in both), default=0.0)
-        solids, askew = self.graph.solids, max(SETTLED, 2 * angle)
+        solids, askew = self.graph.solids, self._askew(contact)
         mine = feature(solids.shapes[a], solids.T[a], contact.normal, askew)
         theirs = feature(solids.shapes[b], solids.T[b], -contact.normal, askew)
         return patch(mine, theirs, contact.normal, inset)
+
+    def _askew(self, contact: SolidContact) -> float:
+        """Misalignment (rad) of faces that are in contact, at most."""
+        both = [self.graph.items[name] for name in (contact.a, contact.b) if name in self.graph.items]
+        angle = max((self.graph.scene.noise_of(placed).angle for placed in both), default=0.0)
+        return float(max(SETTLED, 2 * angle))
 
     def _is_balanced(self, name: str, gone: frozenset[str]) -> bool:
         """Whether the remaining contacts can balance an item for every tilt of the world."""
@@ -246,17 +252,26 @@ class Balance:
             [_NO_FORCE, *(friction_cones(self._patch(c) - centre, -c.normal) for c in left)], axis=1
         )
 
-    def _touched(self, name: str, gone: frozenset[str], friction: float = FRICTION) -> Array:
+    def _touched(self, name: str, gone: frozenset[str]) -> Array:
         """Unit wrenches (6, 4 N) about an item's centre by all remaining contacts, at the nominal poses."""
         left = [c for c in self.graph.touching[name] if c.b not in gone]
         centre = self.graph.items[name].T_world_item[:3, 3]
         return np.concatenate(
             [
                 _NO_FORCE,
-                *(friction_cones(self._found_patch(c, 0.0) - centre, -c.normal, friction) for c in left),
+                *(friction_cones(self._found_patch(c, 0.0) - centre, -c.normal) for c in left),
             ],
             axis=1,
         )
+
+    def _rested_on(self, name: str) -> Array:
+        """Unit wrenches (6, 4 N) about an item's centre by what it really touches, if it is rough."""
+        centre, contacts = self.graph.items[name].T_world_item[:3, 3], self.graph.touching[name]
+        hollow = [contact for contact in contacts if is_of_hollow(self.graph, contact)]
+        whole = [(self._found_patch(c, 0.0), c.normal) for c in contacts if c not in hollow]
+        parts = [each for c in hollow for each in hollow_patches(self.graph, c, self._askew(c))]
+        cones = [friction_cones(met - centre, -normal, ROUGH) for met, normal in [*whole, *parts]]
+        return np.concatenate([_NO_FORCE, *cones], axis=1)
 
     def _pressed(self, contact: SolidContact, centre: Array) -> Iterator[Array]:
         """Wrenches (6,) that hold up an item on which another lies, one per point where the other may press.

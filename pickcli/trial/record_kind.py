@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import pickcli
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError, StaleError
 from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import TRIAL
 from pickcli.files.json_reader import parse_json
+from pickcli.package_versions import package_versions
 
 MAX_BYTES = 24 * 2**20
-_PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig")
+PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig", "scipy")
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,7 @@ class RecordKind:
             "seed": seed,
             "cell": cell.name,
             "cell_fingerprint": cell.scene_fingerprint,
-            "versions": package_versions(),
+            "versions": package_versions(PACKAGES),
         }
 
     def is_of(self, path: Path) -> bool:
@@ -100,21 +98,6 @@ class RecordKind:
         if self.check is not None:
             self.check(record, str(path))
         return record
-
-
-def package_versions() -> dict[str, str]:
-    """Return the versions of what results depend on.
-
-    Returns:
-        Version of this package, Python and others, by name.
-    """
-    versions = {"apc-pick": pickcli.__version__, "python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            versions[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            versions[package] = "not installed"
-    return versions
 
 
 def _parsed(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:

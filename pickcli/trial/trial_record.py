@@ -20,11 +20,13 @@ from pickcli.cell.pod_tolerance import yaw_of
 from pickcli.errors import Reason
 from pickcli.files.atomic_write import write_text
 from pickcli.motion.plan import Plan
+from pickcli.package_versions import package_versions
+from pickcli.perception.perception_versions import print_versions
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.strategy.tree_player import Tick
 from pickcli.trial.disturbance import Disturbance
-from pickcli.trial.record_kind import RecordKind, package_versions
+from pickcli.trial.record_kind import PACKAGES, RecordKind
 from pickcli.trial.record_schema import refuse_bad_record
 from pickcli.trial.tote_shift import ToteTouches, tote_displacement
 from pickcli.trial.trial_interfaces import ExecutionResult
@@ -184,6 +186,7 @@ def read_record(path: Path) -> dict[str, Any]:
 
 
 def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
+    routes = (seen.answer.route for look in result.looks for seen in look.items)
     return {
         "format": RECORDS.format,
         "version": RECORDS.version,
@@ -192,7 +195,7 @@ def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
         "cell": result.before.cell.name,
         "cell_fingerprint": result.before.cell.scene_fingerprint,
         "scene_hash": scene_hash(result.before),
-        "versions": package_versions(),
+        "versions": {**package_versions(PACKAGES), **print_versions(routes)},
     }
 
 

@@ -198,6 +198,31 @@ MISTAKES = {
         "0.03545, depth: 0.020, height: 0.80}",
         "pod.legs.height: expected at most 0.7990 m, the underside of the lowest board, got 0.8; correct it",
     ),
+    "legs that no camera sees": (
+        "legs: {width: 0.03545",
+        "legs: {width: 1e-9",
+        "pod.legs.width: expected at least 0.01 m, which a camera sees as two pixels, got 1e-09; correct it",
+    ),
+    "legs as thin as paper": (
+        "0.03545, depth: 0.020}",
+        "0.03545, depth: 0.0001}",
+        "pod.legs.depth: expected at least 0.01 m, which a camera sees as two pixels, got 0.0001; correct it",
+    ),
+    "legs of no height": (
+        "0.03545, depth: 0.020}",
+        "0.03545, depth: 0.020, height: 1e-9}",
+        "pod.legs.height: expected at least 0.01 m, got 1e-09: nothing is open under the pod; correct it",
+    ),
+    "legs wider than the pod": (
+        "legs: {width: 0.03545",
+        "legs: {width: 0.95",
+        "pod.legs.width: expected m along y, from the outside inwards: less than or equal to 0.5, got 0.95",
+    ),
+    "legs higher than the pod": (
+        "0.03545, depth: 0.020}",
+        "0.03545, depth: 0.020, height: 3.0}",
+        "pod.legs.height: expected at most 0.7990 m, the underside of the lowest board, got 3; correct it",
+    ),
     "legs in mm": (
         "legs: {width: 0.03545",
         "legs: {width: 35",

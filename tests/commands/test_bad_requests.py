@@ -268,6 +268,17 @@ def test_only_cameras_look_for_prints(command: str, out: Path) -> None:
     words = (command, "jsk_pick_sample", "-o", out, "--perception", "noise", "--sift")
     misused(apc(*words, "all-views"), "--sift: prints are looked for by cameras; add --perception camera")
     misused(apc(*words, "some"), "--sift")
+    kth = (command, "jsk_pick_sample", "--cell", "apc2016_kth", "-o", out, "--sift", "all-views")
+    misused(
+        apc(*kth), "--sift: prints are looked for by cameras; those of cell apc2016_kth do not see all its"
+    )
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("command", ["run-trial", "run-trials"])
+def test_cameras_that_do_not_see_the_bins_are_advised_against(command: str, out: Path) -> None:
+    words = (command, "jsk_pick_sample", "--cell", "apc2016_kth", "-o", out, "--perception", "camera")
+    refused(apc(*words), 3, "state one (docs/formats/cell.md), or play with --perception noise")
     assert not out.exists()
 
 

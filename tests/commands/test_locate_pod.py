@@ -205,7 +205,7 @@ def test_looks_into_a_pod_that_stands_elsewhere_are_refused(pod: Path, made: Mad
     perceived = tmp_path / "perceived.json"
     assert apc("perceive", "--scene", made.scene, *AT, "-o", perceived).code == 0
     answer = apc("believe", pod, perceived, "-o", tmp_path / "believed.json")
-    refused(answer, 3, "bin_C was looked into with the pod", "perceive its items with --pod")
+    refused(answer, 3, "bin_C was looked into with the pod", "look for its items where the pod was located")
     answer = apc("perceive", "--scene", made.scene, *AT, "--pod", perceived, "-o", tmp_path / "other.json")
     refused(answer, 3, "the pod was not located in it; apc locate-pod writes such a file")
 

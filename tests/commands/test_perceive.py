@@ -21,6 +21,7 @@ from pickcli.perception.items.item_observation import (
 )
 from pickcli.perception.items.perceived_file import read_perceived
 from pickcli.perception.items.routing import ItemRoute
+from pickcli.perception.textures.opencv import VERSION
 from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.perception.viewpoints import viewpoints_of
 from pickcli.scene.scene import PoseNoise
@@ -79,6 +80,7 @@ def test_prints_tell_which_side_is_in_front(made: Made, cell: Cell, tmp_path: Pa
     answer = apc(*argv, "--sift", views)
     assert answer.code == 0, answer.err
     scene = read_scene(made.scene, cell)
+    assert json.loads(path.read_text())["made_from"]["versions"]["opencv"] == VERSION
     (place,) = read_perceived(path, cell).places
     by_print = [item for item in place.items if item.found_by is FoundBy.PRINT]
     assert by_print and all(item.item.is_printed for item in by_print)
@@ -90,6 +92,8 @@ def test_prints_tell_which_side_is_in_front(made: Made, cell: Cell, tmp_path: Pa
     assert "by print (" in answer.out and " and shape: " in answer.out
     answer = apc(*argv, "--overwrite", "--sift", "none")
     assert answer.code == 0 and "by shape: prints are left out: " in answer.out
+    versions = json.loads(path.read_text())["made_from"]["versions"]
+    assert set(versions) == {"apc-pick", "python", "numpy", "scipy"}, "it needs no OpenCV"
     (place,) = read_perceived(path, cell).places
     assert {item.found_by for item in place.items} == {FoundBy.SHAPE}
     assert {item.route for item in place.items} == {ItemRoute(None, "prints are left out")}
@@ -205,6 +209,11 @@ def test_lines_tell_bounds_doubts_and_what_is_left(cell: Cell) -> None:
             ("--camera", "hand", "--at", "drop_12_down", "-o", "a.json"),
             3,
             "camera hand at drop_12_down: nothing is measured in any pixel; ensenso measures from",
+        ),
+        (
+            ("--camera", "hand", "--at", "drop_12_down", "-o", "a.json"),
+            3,
+            "look from before a place (--camera and --at say from where it is taken)",
         ),
     ],
 )

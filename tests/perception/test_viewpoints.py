@@ -110,7 +110,7 @@ def test_a_camera_that_the_arm_does_not_move_looks_from_where_it_is(cell: Cell) 
 
 def test_a_cell_without_cameras_cannot_be_seen_by_them(cell: Cell) -> None:
     blind = replace(cell, cameras={})
-    with pytest.raises(InputError, match="--perception noise"):
+    with pytest.raises(InputError, match=r"sees half of its room .*; state one \(docs/formats/cell.md\)$"):
         viewpoint_of(cell.pod.bins["bin_A"], blind)
 
 

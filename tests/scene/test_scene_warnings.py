@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import logging
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.hollow_body import N_AROUND
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import pose, to_rpy
 from pickcli.random_scenes.make_scene import make_scene
@@ -79,6 +81,52 @@ def test_what_is_long_tips_over_an_edge_like_anything_else(cell: Cell, beyond: f
     box = at(cell, "box", shaped(cell, (0.1, 0.1, 0.1), mass=0.5), 0.3, 0.0, 0.05)
     plank = at(cell, "plank", shaped(cell, (0.37, 0.09, 0.016)), 0.25 - beyond, 0.0, 0.108)
     assert of(cell, box, plank).balance.is_at_rest("plank") is rests
+
+
+def bowl_over_a_box(cell: Cell, short: float) -> tuple[PlacedItem, PlacedItem]:
+    """An upturned bowl that leans, its rim on the floor and the bottom of its hollow on the edge of a box.
+
+    short: m by which the box is too low for that
+    """
+    bowl, turn, edge = cell.item("platinum_pets_dog_bowl"), 0.1, -0.01
+    half = float(bowl.shape.extents[2]) / 2
+    rim = float(bowl.shape.size[0] * np.cos(np.pi / N_AROUND))  # as far as the true body reaches
+    inside = bowl.hollows[0].depth - half
+    c, s = np.cos(turn), np.sin(turn)
+    z = rim * s + half * c
+    height, end = z - edge * s + inside * c - short, edge * c + inside * s
+    box = at(cell, "box", shaped(cell, (0.02, 0.02, height)), 0.3 + end - 0.01, 0.0, height / 2)
+    return at(cell, "bowl", bowl, 0.3, 0.0, z, (np.pi, turn, 0.0)), box
+
+
+@pytest.mark.parametrize(("short", "rests"), [(0.0, True), (0.003, False)])
+def test_a_bowl_rests_with_its_hollow_on_something(cell: Cell, short: float, rests: bool) -> None:
+    """By its outer shape it overlaps the box, whatever is in its hollow."""
+    balance = of(cell, *bowl_over_a_box(cell, short)).balance
+    assert balance.is_at_rest("bowl") is rests and balance.is_at_rest("box")
+
+
+@pytest.mark.parametrize("over", [0.0, 0.003])
+def test_nothing_rests_on_the_rim_of_a_hollow_that_it_is_in(cell: Cell, over: float) -> None:
+    """A ball rests on the bottom of a bowl, and over that on nothing, though the outer shapes overlap."""
+    bowl, ball = cell.item("platinum_pets_dog_bowl"), cell.item("rawlings_baseball")
+    half, radius = float(bowl.shape.extents[2]) / 2, float(ball.shape.size[0])
+    z = 2 * half - bowl.hollows[0].depth + radius + over
+    items = at(cell, "bowl", bowl, 0.3, 0.0, half), at(cell, "ball", ball, 0.3, 0.0, z)
+    assert of(cell, *items).balance.is_at_rest("ball") is (over == 0.0)
+
+
+def test_a_bowl_on_its_edge_stands_as_its_true_body_does(cell: Cell) -> None:
+    """On its base and a flat of its ring; the outer shape would touch the floor in one point."""
+    bowl = cell.item("platinum_pets_dog_bowl")
+    outer, length = bowl.shape.size
+    ring = outer * np.cos(np.pi / N_AROUND)
+    turn = np.arctan2(outer - ring, bowl.hollows[0].depth)
+    z = ring * np.cos(turn) + length / 2 * np.sin(turn)
+    stands = at(cell, "bowl", bowl, 0.3, 0.0, float(z), (0.0, np.pi / 2 + turn, 0.0))
+    assert of(cell, stands).balance.is_at_rest("bowl")
+    can = replace(bowl, hollows=())
+    assert not of(cell, replace(stands, item=can)).balance.is_at_rest("bowl")
 
 
 @pytest.mark.parametrize("noise", [EXACT, DEFAULT_NOISE])

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pickcli.errors import StaleError
+from pickcli.perception.items.item_observation import ItemObservation
+from pickcli.perception.items.routing import ItemRoute
+from pickcli.perception.textures.opencv import VERSION
+from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.trial.loop import run_trial
+from pickcli.trial.trial_perception import LookRecord, PerceivedItem
 from pickcli.trial.trial_record import read_record, record_text, trial_record, write_record
+from pickcli.trial.trial_result import TrialResult
 from support.handmade_plans import CRAYOLA, cell
 from support.order_builders import pick_order
 from support.scripted_trial import ScriptedTrial, scene_of
@@ -20,19 +27,39 @@ Refused = Callable[[Callable[[], object]], str]
 
 
 @pytest.fixture(scope="module")
-def text() -> str:
-    """A record with a target that was delivered and one without a plan."""
+def result() -> TrialResult:
+    """Of a trial with a target that was delivered and one without a plan."""
     order = pick_order(
         {"bin_B": (CRAYOLA, "dove_beauty_bar")}, ("bin_B", CRAYOLA), ("bin_B", "dove_beauty_bar")
     )
     script = ScriptedTrial(scene_of(order, cell()), no_plan=frozenset({"dove_beauty_bar"}))
-    return record_text(trial_record(run_trial(order, script.interfaces()), "order.json", wall_s=0.5))
+    return run_trial(order, script.interfaces())
+
+
+@pytest.fixture(scope="module")
+def text(result: TrialResult) -> str:
+    """The record of that trial."""
+    return record_text(trial_record(result, "order.json", wall_s=0.5))
 
 
 def test_what_was_written_is_read_again(text: str, tmp_path: Path) -> None:
     record = json.loads(text)
     write_record(tmp_path / "trial.json", record)
     assert read_record(tmp_path / "trial.json") == record
+
+
+@pytest.mark.parametrize(
+    ("route", "has_opencv"),
+    [(ItemRoute(SiftViews.ALL), True), (ItemRoute(None, "prints are left out"), False), (None, False)],
+)
+def test_opencv_is_among_the_versions_if_a_print_was_looked_for(
+    result: TrialResult, route: ItemRoute | None, has_opencv: bool
+) -> None:
+    answer = ItemObservation(CRAYOLA, cell().item(CRAYOLA), None, 0.0, "no pose", None, None, route=route)
+    look = LookRecord(1, {}, (PerceivedItem("bin_B", answer, None, None),), {})
+    versions = trial_record(replace(result, looks=(look,)), "order.json", wall_s=0.5)["made_from"]["versions"]
+    assert versions.get("opencv") == (VERSION if has_opencv else None)
+    assert {"apc-pick", "python", "numpy", "scipy", "pybullet"} <= set(versions)
 
 
 FAULTS: dict[str, tuple[Callable[[Any], object], str]] = {

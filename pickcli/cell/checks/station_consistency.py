@@ -15,6 +15,10 @@ from pickcli.cell.station import OBSTACLE, POD, TOTE, UNKNOWN
 from pickcli.errors import InputError
 from pickcli.files.source import Key, Source
 
+# m: 2.4 pixels of the coarsest depth camera of the package, Kinect v2, at 1.6 m, from where pods are located.
+# What is narrower is in no cloud, so the cell would state as known what nobody can see.
+LEAST_LEG = 0.01
+
 
 def check_pod(source: Source, pod: PodModel) -> None:
     """Check that a pod's walls, boards, lips and legs are in order, and that no two bins share a name.
@@ -53,11 +57,17 @@ def check_pod(source: Source, pod: PodModel) -> None:
 
 
 def _check_legs(source: Source, pod: PodModel, legs: LegsModel) -> None:
-    """Report legs that meet each other, and those that reach into the lowest row."""
+    """Report legs that no cloud shows, that meet each other, and that reach into the lowest row."""
     for name, across, size in (("width", pod.width, legs.width), ("depth", pod.depth, legs.depth)):
         if not size < across / 2:
             text = f"two legs of {size:g} m leave nothing open of the pod's {name}, {across:g} m"
             source.add(("pod", "legs", name), f"{text}; correct one of the two")
+        elif size < LEAST_LEG:
+            text = f"expected at least {LEAST_LEG:g} m, which a camera sees as two pixels, got {size:g}"
+            source.add(("pod", "legs", name), f"{text}; correct it, or leave the legs out")
+    if legs.height is not None and legs.height < LEAST_LEG:
+        text = f"expected at least {LEAST_LEG:g} m, got {legs.height:g}: nothing is open under the pod"
+        source.add(("pod", "legs", "height"), f"{text}; correct it, or leave the legs out")
     if legs.height is not None and legs.height > underside(pod):
         text = (
             f"expected at most {underside(pod):.4f} m, the underside of the lowest board, got {legs.height:g}"

@@ -12,5 +12,6 @@ Read in this order:
 - What nobody has seen: `line_of_sight` says how far rays are clear, `unknown_voxels` makes boxes of the rest.
 - What comes out: `item_observation`, with the `confidence` by which it is refused or not and its
   `pose_bound`, which follows from the `pose_spread`, and by several looks from their `agreement`;
-  `item_perception` is from pictures to answers; `perceived_file` with `perceived_schema` keeps them.
+  `item_perception` is from pictures to answers; `perceived_file` with `perceived_schema` keeps them, and
+  `perceived_checks` refuses what no look can have said.
 """

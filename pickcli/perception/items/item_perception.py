@@ -276,7 +276,7 @@ def told_apart(
     Returns:
         The answers. One by shape is refused if a twin was not found by its print either: which of the two it
         is would be a guess. One whose print was looked for and not recognised has no bound: another item of
-        about its shape, that nobody listed, may be there.
+        about its shape, that nobody listed, may be there. Nor has any that is refused: nobody is to use it.
     """
     by_shape = {each.item.name for each in answers if each.found_by is FoundBy.SHAPE}
     out = []
@@ -286,10 +286,9 @@ def told_apart(
         if answer.is_answer and answer.found_by is FoundBy.SHAPE and alike:
             refusal = f"shape and colour do not tell it from {', '.join(alike)}"
             confidence = answer.confidence / (1 + len(alike))
-            told = replace(told, refusal=refusal, confidence=confidence, bound=None)
-        elif answer.found_by is FoundBy.SHAPE and route.views is not None:
-            told = replace(told, bound=None)
-        out.append(told)
+            told = replace(told, refusal=refusal, confidence=confidence)
+        is_unprinted = answer.found_by is FoundBy.SHAPE and route.views is not None
+        out.append(replace(told, bound=None) if is_unprinted or not told.is_answer else told)
     return tuple(out)
 
 

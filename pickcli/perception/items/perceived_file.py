@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import Displacement
-from pickcli.cell.sensors.mounted_camera import MountError
-from pickcli.errors import UnknownNameError
+from pickcli.cell.sensors.mounted_camera import MountedCamera, MountError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import PERCEIVED
 from pickcli.files.schema import validate
@@ -31,6 +30,12 @@ from pickcli.perception.items.item_observation import (
     PlaceObservation,
     Support,
     UnexplainedPart,
+)
+from pickcli.perception.items.perceived_checks import (
+    check_answer,
+    check_cameras,
+    check_names,
+    check_sight,
 )
 from pickcli.perception.items.perceived_schema import (
     LocatedPodModel,
@@ -60,6 +65,7 @@ class Perceived:
         places: The answers by place.
         pod: Where the pod stands; None if it was not located.
         also_from: (4, 4) its stated poses of further pictures.
+        versions: Versions of the packages that shaped the answers, by name; none if that is not known.
     """
 
     cell: str
@@ -69,6 +75,7 @@ class Perceived:
     places: tuple[PlaceObservation, ...]
     pod: PodEstimate | None = None
     also_from: tuple[Array, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
 
     def error_about_camera(self, mount: MountError) -> MountError:
         """Bound by how much all that was seen may be off alike, about the pose of the first picture.
@@ -118,6 +125,7 @@ def perceived_values(perceived: Perceived) -> dict[str, Any]:
             for each in perceived.places
         ],
         **({} if perceived.pod is None else {"pod": _pod_values(perceived.pod)}),
+        **({"made_from": {"versions": dict(perceived.versions)}} if perceived.versions else {}),
     }
 
 
@@ -150,16 +158,15 @@ def read_perceived(
 
     Raises:
         InputError: The file has mistakes: with every problem.
-        UnknownNameError: There is no such cell, or a place is not one of the cell's.
+        UnknownNameError: There is no such cell.
     """
     source = read_yaml(path, PERCEIVED, is_json=True)
     model = validate(source, PerceivedModel)
     cell = cell or load(model.cell)
-    _check_camera(source, model, cell)
+    camera = _camera(source, model, cell)
+    check_names(source, model, cell)
     places = []
     for i, each in enumerate(model.places):
-        if each.place not in cell.places:
-            raise UnknownNameError("place", each.place, list(cell.places), str(path))
         T = _pose(source, ("places", i, "pose"), each.pose)
         items = tuple(
             _item(source, ("places", i, "items", k), item, cell) for k, item in enumerate(each.items)
@@ -177,19 +184,37 @@ def read_perceived(
     T_world_camera = _pose(source, ("camera_pose",), model.camera_pose)
     pod = None if model.pod is None else _pod(source, model.pod, cell)
     also_from = tuple(_pose(source, ("also_from", i), each) for i, each in enumerate(model.also_from))
+    source.check()  # poses must be valid before they are compared with places
+    if camera is not None:
+        taken: dict[Key, Array] = {("camera_pose",): T_world_camera}
+        taken |= {("also_from", i): T for i, T in enumerate(also_from)}
+        check_cameras(source, cell, camera, taken)
+        source.check()  # places are not also told to be far from a camera that is elsewhere
+        for i, seen in enumerate(places):
+            check_sight(source, ("places", i), seen, cell.places[seen.place], camera, list(taken.values()))
     source.check()
-    return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places), pod, also_from)
+    versions = {} if model.made_from is None else model.made_from.versions
+    return Perceived(
+        model.cell, model.camera, model.sensor, T_world_camera, tuple(places), pod, also_from, versions
+    )
 
 
-def _check_camera(source: Source, model: PerceivedModel, cell: Cell) -> None:
-    """Refuse a camera that the cell does not have, or has of another model: its errors are others."""
+def _camera(source: Source, model: PerceivedModel, cell: Cell) -> MountedCamera | None:
+    """The camera; refused if the cell does not have it, or has it of another model: its errors are others.
+
+    None of another cell, which is told by whoever needs the file to be of this one.
+    """
     if model.cell != cell.name:
-        return  # told by whoever needs it to be of that cell
-    if model.camera not in cell.cameras:
+        return None
+    if (camera := cell.cameras.get(model.camera)) is None:
         has = f"has {', '.join(cell.cameras)}" if cell.cameras else "has none"
         source.add(("camera",), f"cell {cell.name} has no camera {model.camera}, it {has}; look again")
-    elif (own := cell.cameras[model.camera].model.name) != model.sensor:
+    elif camera.model.name != model.sensor:
+        own = camera.model.name
         source.add(("sensor",), f"camera {model.camera} of cell {cell.name} is {own} by now; look again")
+    elif camera.model.depth is None:
+        source.add(("sensor",), f"{model.sensor} measures no depth, by which all is found; correct it")
+    return camera
 
 
 def _pod(source: Source, model: LocatedPodModel, cell: Cell) -> PodEstimate:
@@ -210,7 +235,8 @@ def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> It
     T = None if model.pose is None else _pose(source, (*key, "pose"), model.pose)
     support = None if model.support is None else Support(**model.support.model_dump())
     bound = None if model.bound is None else PoseNoise(**model.bound.model_dump())
-    item = cell.item(model.name, model.year)
+    item = cell.items[model.name, model.year]
+    check_answer(source, key, model, item)
     route = None
     if model.route is not None:
         route = ItemRoute(model.route.views, model.route.why, model.route.twins)

@@ -8,6 +8,7 @@ from annotated_types import Len
 from pydantic import Field
 
 from pickcli.files.schema import FileModel, Text, Vector
+from pickcli.perception.items.room_sight import LEAST_SEEN
 from pickcli.perception.textures.sift_views import SiftViews
 from pickcli.scene.scene_schema import NoiseModel
 
@@ -85,7 +86,7 @@ class PerceivedPlaceModel(FileModel):
 
     place: Text = Field(description="the name of a place")
     pose: PerceivedPoseModel = Field(description="a pose in the world")
-    seen: float = Field(ge=0, le=1, description="a share")
+    seen: float = Field(ge=LEAST_SEEN, le=1, description="a share of its room")
     items: Annotated[tuple[PerceivedItemModel, ...], Len(0, 300)] = Field(description="a list of answers")
     unexplained: Annotated[tuple[UnexplainedModel, ...], Len(0, 1000)] = Field(description="a list of parts")
     unknown: Annotated[tuple[_Box, ...], Len(0, 5000)] = Field(
@@ -116,6 +117,12 @@ class LocatedPodModel(FileModel):
     start: Literal["legs", "boxes"] | None = Field(None, description='"legs" or "boxes"')
 
 
+class PerceptionVersionsModel(FileModel):
+    """What shaped the bytes of the answers."""
+
+    versions: Annotated[dict[Text, Text], Len(0, 100)] = Field(description="versions of packages by name")
+
+
 class PerceivedModel(FileModel):
     """A file of perceived items."""
 
@@ -130,3 +137,4 @@ class PerceivedModel(FileModel):
     )
     places: Annotated[tuple[PerceivedPlaceModel, ...], Len(0, 100)] = Field(description="a list of places")
     pod: LocatedPodModel | None = Field(None, description="where the pod stands, if it was located")
+    made_from: PerceptionVersionsModel | None = Field(None, description="what it was made from")

@@ -25,6 +25,7 @@ from pickcli.perception.textures.sift_views import SiftRule, SiftViews
 LEAST_PIXELS = 24.0  # across the smaller side of an item's largest face, from which on prints are recognised
 LIKE_SIZE = 0.004  # m by which the extents of items of like shape differ at most
 LIKE_COLOUR = 0.9  # least overlap of the colours of items of like colour (Bhattacharyya's coefficient)
+NOT_PRINTED = _PLAIN, _UNSTATED = "it is plain", "its file states no print"
 _VIEWS_OF_RULES = {SiftRule.ALL: SiftViews.ALL, SiftRule.EACH: SiftViews.EACH}
 
 
@@ -123,10 +124,24 @@ def pixels_per_mm(camera: PinholeCamera, T_world_camera: Array, place: Place, T_
     return camera.fx / (1e3 * depth) if depth > 0.0 else 0.0
 
 
+def why_not_printed(item: Item) -> str:
+    """Tell why an item has no print that could be looked for.
+
+    Args:
+        item: The item.
+
+    Returns:
+        One of ``NOT_PRINTED``; "" if it has one.
+    """
+    if item.is_printed:
+        return ""
+    return _PLAIN if item.colour is not None else _UNSTATED
+
+
 def _views(each: ListedItem, pixels_per_mm: float, rule: SiftRule) -> tuple[SiftViews | None, str]:
     """How the print of an item is looked for, and why it is not."""
-    if not each.item.is_printed:
-        return None, "it is plain" if each.item.colour is not None else "its file states no print"
+    if why := why_not_printed(each.item):
+        return None, why
     if rule is SiftRule.NONE:
         return None, "prints are left out"
     if rule is not SiftRule.AUTO:

@@ -10,5 +10,6 @@ except ImportError:
     raise not_installed("opencv-python-headless", "perception", "recognition of prints, by SIFT,") from None
 
 cv2.setNumThreads(1)
+VERSION = str(cv2.__version__)
 
-__all__ = ["cv2"]
+__all__ = ["VERSION", "cv2"]

@@ -164,6 +164,13 @@ def test_what_shows_no_print_that_was_looked_for_has_no_bound(cell: Cell) -> Non
         assert told.is_answer and (told.bound is not None) == has_bound
 
 
+def test_what_is_refused_has_no_bound(cell: Cell) -> None:
+    item = cell.item("dove_beauty_bar", 2016)
+    outside = replace(answer(item, FoundBy.PRINT), refusal="its middle is outside of bin_E")
+    (told,) = told_apart([outside], [ItemRoute(SiftViews.ALL)])
+    assert told.refusal == outside.refusal and told.bound is None
+
+
 def test_of_copies_the_one_that_its_print_tells_is_not_refused(cell: Cell) -> None:
     a, b = (plain_box(cell, name, (0.1, 0.06, 0.04)) for name in "ab")
     routes = [ItemRoute(None, "", ("b",)), ItemRoute(None, "", ("b",)), ItemRoute(None, "", ("a",))]
