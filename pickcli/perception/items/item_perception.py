@@ -44,6 +44,7 @@ from pickcli.perception.textures.joint_pose import JointPose, PrintSighting
 from pickcli.perception.textures.print_agreement import joint_print_poses
 
 _OF_ONE = 0.03  # m from an answer, up to which a pose by prints is of the same thing
+LEAST_OWN_COLOUR = 0.5  # share of what is seen of an item that was found by its shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,6 +221,7 @@ def concluded(looks: Sequence[PlaceLook]) -> PlaceObservation:
     answers = _answers(last)
     if pairs:
         answers = _with_prints(_voted(_agreed_answers(pairs), looks), looks)
+    answers = tuple(map(_if_of_its_colours, answers))
     answers = told_apart(answers, max(looks, key=lambda look: look.pixels_per_mm).routes)
     given = {
         i: each.T_world_item
@@ -290,6 +292,16 @@ def told_apart(
         is_unprinted = answer.found_by is FoundBy.SHAPE and route.views is not None
         out.append(replace(told, bound=None) if is_unprinted or not told.is_answer else told)
     return tuple(out)
+
+
+def _if_of_its_colours(answer: ItemObservation) -> ItemObservation:
+    """Refuse an answer by shape most of which has colours that the item has not: another one is there."""
+    if answer.support is None or not answer.is_answer or answer.found_by is FoundBy.PRINT:
+        return answer
+    if (own := answer.support.own_colour) >= LEAST_OWN_COLOUR:
+        return answer
+    refusal = f"only {own:.0%} of what is seen of it has its colours: another item may be there"
+    return replace(answer, refusal=refusal, confidence=min(answer.confidence, own), bound=None)
 
 
 def _are_aside(one: PlaceLook, other: PlaceLook) -> bool:
