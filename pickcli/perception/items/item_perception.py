@@ -397,7 +397,7 @@ def _away(answer: ItemObservation, T: Array) -> float:
 
 def _by_print(answer: ItemObservation, joint: JointPose, look: PlaceLook) -> ItemObservation:
     """An answer, by the prints in several looks if they bound its error more narrowly."""
-    bound = joint_bound_of(answer.item, joint.covariance)
+    bound = joint_bound_of(answer.item, joint.covariance, look.pixels_per_mm)
     T, known = joint.T_world_item, answer.bound
     if bound is None or (known is not None and known.bound(answer.item) <= bound.bound(answer.item)):
         return answer
