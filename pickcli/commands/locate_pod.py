@@ -16,7 +16,7 @@ from pickcli.commands.named_camera import named_camera, optional_camera_options
 from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output, refuse_reading, seed_option
 from pickcli.commands.perceived_lines import pod_lines
-from pickcli.commands.scene_options import scene_or_recorded_options, scene_or_empty
+from pickcli.commands.scene_options import scene_or_empty, scene_or_recorded_options
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

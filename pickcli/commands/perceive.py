@@ -35,7 +35,7 @@ from pickcli.commands.options import (
     seed_option,
 )
 from pickcli.commands.perceived_lines import perceived_lines
-from pickcli.commands.scene_options import scene_or_recorded_options, scene_or_empty
+from pickcli.commands.scene_options import scene_or_empty, scene_or_recorded_options
 
 if TYPE_CHECKING:
     from pickcli.perception.textures.sift_views import SiftRule

@@ -16,9 +16,7 @@ RGB = 2  # kind of colours in the head of a PNG
 
 
 def chunk(kind: bytes, content: bytes) -> bytes:
-    return (
-        struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
-    )
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
 
 def deep_colour(path: Path, picture: np.ndarray) -> None:

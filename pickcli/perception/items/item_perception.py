@@ -26,7 +26,7 @@ from pickcli.perception.items.agreement import (
     matched,
     votes_on,
 )
-from pickcli.perception.items.confidence import LEAST_CONFIDENCE, confidence_of, truncated
+from pickcli.perception.items.confidence import LEAST_CONFIDENCE, LEAST_OWN_COLOUR, confidence_of, truncated
 from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
 from pickcli.perception.items.item_search import ItemSearch, PoseEstimate
 from pickcli.perception.items.listed_item import ListedItem
@@ -44,7 +44,6 @@ from pickcli.perception.textures.joint_pose import JointPose, PrintSighting
 from pickcli.perception.textures.print_agreement import joint_print_poses
 
 _OF_ONE = 0.03  # m from an answer, up to which a pose by prints is of the same thing
-LEAST_OWN_COLOUR = 0.5  # share of what is seen of an item that was found by its shape
 
 
 @dataclass(frozen=True, eq=False)

@@ -104,7 +104,7 @@ _WIDER_IF_MIXED = 1.2
 _WIDER_IF_CLEAR, _CLEAR = 1.5, 0.5  # share of the surface without depth
 # Bounds of position, angle and surface over standard deviations, of poses by prints in several looks: all of
 # 172 such poses in five scenes were within them (the largest were 1.80, 3.92 and 2.50). Those are of an
-# Ensenso; of coarser pictures 60 poses in two scenes by Kinect v2 and Carmine gave the largest 3.54, 3.70, 3.92.
+# Ensenso; of 61 poses in two scenes by the coarser Carmine and Kinect v2 the largest are 3.54, 3.70 and 3.92.
 _JOINT_FACTORS, _JOINT_FACTORS_OF_COARSE = np.array([2.0, 4.4, 2.9]), np.array([4.2, 5.0, 4.8])
 _FINE = 2.0  # pixels per mm from which on a picture is not coarse
 # Of the deformation: its surface is off by it, and at the ends by half of it for the turn.
