@@ -1,12 +1,13 @@
 """How exactly prints in three looks, solved together, tell where items are, and whether bounds hold.
 
-    python -m bench.joint_prints --seeds 8150001-8150010
+    python -m bench.joint_prints --seeds 8150001-8150010 [--sensor ensenso]
 
 Each seed is an order drawn by the rules of 2016, stowed by the package's scene maker, with three photographs
-of each bin by the Ensenso on the gripper, as in trials by camera: cameras are located in the pod of each
+of each bin by a sensor on the gripper, as in trials by camera: cameras are located in the pod of each
 picture, labels are damaged, light, exposure and white balance are drawn. Nothing but prints is looked for.
 Errors are of position, angle and surface, symmetries of the shape aside; a bound is kept if all three are
-within theirs. Seeds 8140001 to 8140005 gave the factors of bounds, the largest of what is printed last.
+within theirs. Seeds 8140001 to 8140005, of Carmine and Kinect v2 8240001 and 8240002, gave the
+factors of bounds, the largest of what is printed last.
 """
 
 from __future__ import annotations
@@ -22,11 +23,13 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.sensors.material import Material
+from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.geometry import Array
 from pickcli.perception.items.place_view import view_of_place
 from pickcli.perception.items.pose_bound import joint_bound_of
 from pickcli.perception.items.pose_spread import spread_of
 from pickcli.perception.items.print_search import prints_in
+from pickcli.perception.items.routing import pixels_per_mm
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.items.unknown_voxels import ASIDE
 from pickcli.perception.textures.print_agreement import joint_print_poses
@@ -57,16 +60,16 @@ class Solved:
     is_kept: bool
 
 
-def solved_in(cell: Cell, seed: int) -> Iterator[tuple[int, list[Solved]]]:
+def solved_in(cell: Cell, sensor: SensorModel, seed: int) -> Iterator[tuple[int, list[Solved]]]:
     """Of each bin of a fresh scene the number of printed items, and those that were solved for."""
-    sensor = read_sensor(sensor_file("ensenso"))
     scene = fresh_scene(cell, seed)
     for seen in seen_bins(scene, sensor, N_LOOKS, print_set=PRINTS_OF_TRIALS):
         items = [placed.item for placed in seen.items]
         views = {item: SiftViews.ALL for item in items if item.is_printed}
-        looks = []
+        looks, T_world_place = [], scene.T_world_place(seen.place)
+        fineness = pixels_per_mm(sensor.camera, seen.rgbd.T_world_camera, seen.place, T_world_place)
         for rgbd, known in seen.pictures:
-            view = view_of_place(rgbd, seen.place, scene.T_world_place(seen.place), known)
+            view = view_of_place(rgbd, seen.place, T_world_place, known)
             assert view is not None
             looks.append((rgbd.T_world_camera, prints_in(rgbd, view, items, views, PRINTS_OF_TRIALS)))
         found = []
@@ -77,7 +80,7 @@ def solved_in(cell: Cell, seed: int) -> Iterator[tuple[int, list[Solved]]]:
                 error = min(errors, key=lambda each: each.position)
                 spread, bound = (
                     spread_of(item.shape, joint.covariance),
-                    joint_bound_of(item, joint.covariance),
+                    joint_bound_of(item, joint.covariance, fineness),
                 )
                 stated = PoseNoise(spread.position, spread.angle, spread.surface)
                 found.append(
@@ -118,10 +121,12 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--seeds", required=True, help="of scenes, e.g. 8150001-8150010")
+    parser.add_argument("--sensor", default="ensenso", help="a file under data/sensors")
     arguments = parser.parse_args()
+    sensor = read_sensor(sensor_file(arguments.sensor))
     cell, n_printed, found = load_cell("apc2016_delft"), 0, list[Solved]()
     for seed in numbers_in(arguments.seeds):
-        for n, solved in solved_in(cell, seed):
+        for n, solved in solved_in(cell, sensor, seed):
             n_printed += n
             found += solved
         print(f"{seed}: {len(found)} of {n_printed} printed items so far", flush=True)

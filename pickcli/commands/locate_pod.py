@@ -16,7 +16,7 @@ from pickcli.commands.named_camera import named_camera, optional_camera_options
 from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output, refuse_reading, seed_option
 from pickcli.commands.perceived_lines import pod_lines
-from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
+from pickcli.commands.scene_options import scene_or_empty, scene_or_recorded_options
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @click.command("locate-pod", cls=Command)
-@scene_or_cell_options
+@scene_or_recorded_options
 @optional_camera_options
 @click.option("--recorded", "recorded", type=PATH, metavar="FILE",
               help="Depth that the camera recorded there: a PNG of 16 bits, 0 for nothing; or a recording "
@@ -74,11 +74,10 @@ def command(
         raise click.UsageError("nothing to look at: name a scene with --scene, or a picture with --recorded")
     described = recorded if recorded is not None and _is_recording(recorded) else None
     refuse_half(name, at, (described,) if described else ())
-    at = at or "home"
-    configurations = () if described else (at,)
-    arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
-    scene = scene_or_empty(scene_path, cell_name, arms)
     recording = None if described is None else read_recording(described)
+    at = (at or "home") if recording is None else recording.at
+    arms = ArmRequest(arm, standing, (at,), items=items_path, camera=name)
+    scene = scene_or_empty(scene_path, cell_name, arms)
     if recording is not None:
         camera, begin = mounted(scene, recording)
         refuse_reading(output, recording.colour, recording.depth)

@@ -35,7 +35,7 @@ from pickcli.commands.options import (
     seed_option,
 )
 from pickcli.commands.perceived_lines import perceived_lines
-from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
+from pickcli.commands.scene_options import scene_or_empty, scene_or_recorded_options
 
 if TYPE_CHECKING:
     from pickcli.perception.textures.sift_views import SiftRule
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 @click.command("perceive", cls=Command)
-@scene_or_cell_options
+@scene_or_recorded_options
 @order_option
 @camera_or_recording_options
 @click.option("--aslant", "is_aslant", is_flag=True,
@@ -95,6 +95,7 @@ def command(
     from pickcli.perception.items.routing import PrintSearch
     from pickcli.perception.perceived_picture import perceived_picture
     from pickcli.perception.perceived_places import known_from, perceived_in, places_in_sight
+    from pickcli.perception.recorded_picture import read_recording
 
     refuse_half(name, at, recorded)
     if recorded and is_aslant:
@@ -109,8 +110,8 @@ def command(
     if not recorded and scene_path is None:
         raise click.UsageError("nothing to look at: name a scene with --scene, or pictures with --recorded")
     refuse_missing_opencv(sift)
-    configurations = () if recorded else (at or "home",)
-    arms = ArmRequest(arm, standing, configurations, items=items_path, camera=name)
+    taken_at = [read_recording(path).at for path in recorded] or [at or "home"]
+    arms = ArmRequest(arm, standing, tuple(dict.fromkeys(taken_at)), items=items_path, camera=name)
     scene = scene_or_empty(scene_path, cell_name, arms)
     contents = listed_contents(scene, order_path, is_deformed)
     seeds = PictureSeeds(texture_seed, seed, is_deformed)

@@ -50,10 +50,26 @@ def scene_or_cell_options(function: F) -> F:
     Returns:
         The command with the options.
     """
+    return _optional_scene(function, "the empty cell of --cell")
+
+
+def scene_or_recorded_options(function: F) -> F:
+    """Give a command the options --scene FILE, --cell NAME|FOLDER and --items; recordings need no scene.
+
+    Args:
+        function: The command, which has an option --recorded.
+
+    Returns:
+        The command with the options.
+    """
+    return _optional_scene(function, "with --recorded the empty cell of --cell")
+
+
+def _optional_scene(function: F, default: str) -> F:
     function = _cell_option(items_option(function))
     return click.option(
         "--scene", "scene_path", type=PATH, metavar="FILE",
-        help="Scene file (see apc make-scene).  [default: the empty cell of --cell]",
+        help=f"Scene file (see apc make-scene).  [default: {default}]",
     )(function)  # fmt: skip
 
 

@@ -15,6 +15,8 @@ from pickcli.files.file_kind import PICTURE
 
 MOST_BYTES = 100_000_000
 MOST_PIXELS = 50_000_000
+_AT_BITS = 24  # byte of a PNG that tells the bits of its values: of three times 16 Pillow keeps 8 unasked
+_COLOUR_BITS = 8
 
 
 def write_png(picture: NDArray[np.uint8] | NDArray[np.uint16], path: Path, replace: bool = True) -> None:
@@ -47,7 +49,7 @@ def read_grey(path: Path) -> NDArray[np.uint16]:
     Raises:
         InputError: The file cannot be read, or is no such picture.
     """
-    mode, values = _read(path)
+    mode, _, values = _read(path)
     if values.ndim != 2 or not mode.startswith("I"):
         raise InputError(f"{path}: expected a grey PNG of 16 bits, got one of mode {mode}; record it again")
     return values.astype(np.uint16)
@@ -65,14 +67,15 @@ def read_colour(path: Path) -> NDArray[np.uint8]:
     Raises:
         InputError: The file cannot be read, or is no such picture.
     """
-    mode, values = _read(path)
-    if mode != "RGB":
-        raise InputError(f"{path}: expected a PNG in colour, got one of mode {mode}; write it again")
+    mode, bits, values = _read(path)
+    if mode != "RGB" or bits != _COLOUR_BITS:
+        got = f"one of mode {mode}" if mode != "RGB" else f"one of {bits} bits"
+        raise InputError(f"{path}: expected a PNG in colour of 8 bits, got {got}; write it again")
     return values.astype(np.uint8)
 
 
-def _read(path: Path) -> tuple[str, NDArray[np.generic]]:
-    """Mode of a picture in Pillow's words, and its pixels; decoded once its size is known to be sane."""
+def _read(path: Path) -> tuple[str, int, NDArray[np.generic]]:
+    """Mode of a picture in Pillow's words, bits of a value, and its pixels; decoded if its size is sane."""
     from PIL import Image
 
     content = read_bytes(path, MOST_BYTES, wanted=PICTURE)
@@ -82,6 +85,6 @@ def _read(path: Path) -> tuple[str, NDArray[np.generic]]:
                 size = f"{picture.width} x {picture.height} px"
                 raise InputError(f"{path}: has {size}, more than any camera here; record it again")
             picture.load()
-            return picture.mode, np.array(picture)
+            return picture.mode, content[_AT_BITS], np.array(picture)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise InputError(f"{path}: is no whole PNG; record it again") from error

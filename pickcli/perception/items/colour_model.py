@@ -23,6 +23,7 @@ _GAINS = np.sqrt(np.linspace(0.2, 1.1, 8))  # amounts of light; bytes go with th
 _TEXEL = 4  # px of a texture's side that a pixel of a camera sees together
 _SMOOTHING = (0.8, 0.8, 0.5)  # cells
 _OTHER = 0.03  # share of pixels of any colour: highlights, stickers
+_OFTEN = 10.0  # times as often as any colour is seen on any surface, a label is one of a surface's own
 WEIGHT = 0.25  # of a pixel: neighbours on a label are alike
 LARGEST = 2.5  # nats, of a pixel's ratio
 
@@ -77,6 +78,18 @@ def label_shares(colours: Array) -> Array:
     shaped = counts.reshape(N_CHROMATICITY, N_CHROMATICITY, N_BRIGHTNESS)
     shares = gaussian_filter(shaped, _SMOOTHING, mode="nearest").ravel()
     return np.asarray((1.0 - _OTHER) * shares / shares.sum() + _OTHER / N_LABELS)
+
+
+def own_labels(shares: Array) -> NDArray[np.bool_]:
+    """Tell the labels that a surface has itself from those that any surface has a little of.
+
+    Args:
+        shares: (``N_LABELS``,) of the surface.
+
+    Returns:
+        (``N_LABELS``,) whether each is its own.
+    """
+    return np.asarray(shares > _OFTEN * _OTHER / N_LABELS)
 
 
 def colour_costs(shares: Sequence[Array]) -> list[Array]:

@@ -26,7 +26,7 @@ from pickcli.perception.items.agreement import (
     matched,
     votes_on,
 )
-from pickcli.perception.items.confidence import LEAST_CONFIDENCE, confidence_of, truncated
+from pickcli.perception.items.confidence import LEAST_CONFIDENCE, LEAST_OWN_COLOUR, confidence_of, truncated
 from pickcli.perception.items.item_observation import FoundBy, ItemObservation, PlaceObservation
 from pickcli.perception.items.item_search import ItemSearch, PoseEstimate
 from pickcli.perception.items.listed_item import ListedItem
@@ -220,6 +220,7 @@ def concluded(looks: Sequence[PlaceLook]) -> PlaceObservation:
     answers = _answers(last)
     if pairs:
         answers = _with_prints(_voted(_agreed_answers(pairs), looks), looks)
+    answers = tuple(map(_if_of_its_colours, answers))
     answers = told_apart(answers, max(looks, key=lambda look: look.pixels_per_mm).routes)
     given = {
         i: each.T_world_item
@@ -290,6 +291,16 @@ def told_apart(
         is_unprinted = answer.found_by is FoundBy.SHAPE and route.views is not None
         out.append(replace(told, bound=None) if is_unprinted or not told.is_answer else told)
     return tuple(out)
+
+
+def _if_of_its_colours(answer: ItemObservation) -> ItemObservation:
+    """Refuse an answer by shape most of which has colours that the item has not: another one is there."""
+    if answer.support is None or not answer.is_answer or answer.found_by is FoundBy.PRINT:
+        return answer
+    if (own := answer.support.own_colour) >= LEAST_OWN_COLOUR:
+        return answer
+    refusal = f"only {own:.0%} of what is seen of it has its colours: another item may be there"
+    return replace(answer, refusal=refusal, confidence=min(answer.confidence, own), bound=None)
 
 
 def _are_aside(one: PlaceLook, other: PlaceLook) -> bool:
@@ -385,7 +396,7 @@ def _away(answer: ItemObservation, T: Array) -> float:
 
 def _by_print(answer: ItemObservation, joint: JointPose, look: PlaceLook) -> ItemObservation:
     """An answer, by the prints in several looks if they bound its error more narrowly."""
-    bound = joint_bound_of(answer.item, joint.covariance)
+    bound = joint_bound_of(answer.item, joint.covariance, look.pixels_per_mm)
     T, known = joint.T_world_item, answer.bound
     if bound is None or (known is not None and known.bound(answer.item) <= bound.bound(answer.item)):
         return answer

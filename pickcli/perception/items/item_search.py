@@ -18,7 +18,7 @@ from scipy.ndimage import binary_opening, label, maximum_filter, minimum_filter,
 from pickcli.cell.place import Place
 from pickcli.cell.sensors.sensor_model import DepthModel
 from pickcli.geometry import Array, inverse, transform_points
-from pickcli.perception.items.colour_model import colour_labels
+from pickcli.perception.items.colour_model import colour_labels, own_labels
 from pickcli.perception.items.item_observation import FoundBy, Support, UnexplainedPart
 from pickcli.perception.items.line_of_sight import LineOfSight, unexplained_depth
 from pickcli.perception.items.place_pictures import (
@@ -152,12 +152,28 @@ class ItemSearch:
         poses = self._fine.refined(placed, poses, None, _FINE_STEPS, _FINE_PENETRATION, 2)
         poses = self._faced(placed, poses)  # some are near to one by print only now
         evidence = self._fine.evidence(placed, poses, _NEAR)
+        own = self._own_colours(placed, poses)
         return {
             int(i): PoseEstimate(
-                T, _support(row, float(margins[i]), self._spread(placed, poses, k)), self._found_by(int(i), T)
+                T,
+                _support(row, float(margins[i]), own[k], self._spread(placed, poses, k)),
+                self._found_by(int(i), T),
             )
             for k, (i, T, row) in enumerate(zip(placed, poses, evidence, strict=True))
         }
+
+    def _own_colours(self, placed: NDArray[np.int32], poses: Array) -> list[float]:
+        """Of each pose the share of pixels on its surface with colours that the item has itself."""
+        owner, depth, _ = self._fine.composed(placed, poses)
+        labels = colour_labels(self._view.colour)
+        with np.errstate(invalid="ignore"):
+            is_near = np.abs(self._view.depth - depth) < _NEAR
+        shares = []
+        for k, i in enumerate(placed):
+            seen = labels[is_near & (owner == k)]
+            own = own_labels(self._models[i].label_shares)
+            shares.append(float(own[seen].mean()) if len(seen) else 1.0)
+        return shares
 
     def _faced(self, placed: NDArray[np.int32], poses: Array) -> Array:
         """The poses with the faces of those near to them in which their prints were recognised."""
@@ -352,9 +368,9 @@ def _opened(is_set: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
     return np.asarray(maximum_filter(eroded, width, mode="constant", cval=0).view(np.bool_))
 
 
-def _support(row: Array, margin: float, spread: PoseSpread) -> Support:
+def _support(row: Array, margin: float, own_colour: float, spread: PoseSpread) -> Support:
     expected, shown, supported, through, before = (int(n) for n in row[:5])
     return Support(
         expected, shown, supported, through, before, float(row[5]), margin, float(row[6]),
-        spread.position, spread.angle, spread.surface,
+        own_colour, spread.position, spread.angle, spread.surface,
     )  # fmt: skip

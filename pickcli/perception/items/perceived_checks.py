@@ -18,9 +18,14 @@ from pickcli.files.source import Key, Source
 from pickcli.geometry import Array, inverse
 from pickcli.name_suggestion import shortened, suggestion
 from pickcli.perception.camera_pose import farthest_camera
-from pickcli.perception.items.confidence import LEAST_CONFIDENCE
+from pickcli.perception.items.confidence import LEAST_CONFIDENCE, LEAST_OWN_COLOUR
 from pickcli.perception.items.item_observation import FoundBy, PlaceObservation
-from pickcli.perception.items.perceived_schema import PerceivedItemModel, PerceivedModel, PerceivedPlaceModel
+from pickcli.perception.items.perceived_schema import (
+    PerceivedItemModel,
+    PerceivedModel,
+    PerceivedPlaceModel,
+    SupportModel,
+)
 from pickcli.perception.items.pose_bound import LARGEST, LEAST_CONFIDENCE_OF_BOUND
 from pickcli.perception.items.routing import NOT_PRINTED, why_not_printed
 from pickcli.perception.recorded_picture import MOST_SHIFT
@@ -91,10 +96,19 @@ def check_answer(source: Source, key: Key, model: PerceivedItemModel, item: Item
     elif not model.refusal and model.confidence < LEAST_CONFIDENCE:
         fault = f"{model.confidence:g} is below {LEAST_CONFIDENCE:g}, from which on a pose is an answer"
         source.add((*key, "confidence"), f"{fault}; state in refusal why it is none")
+    if model.support is not None and not model.refusal:
+        _check_colours(source, key, model.support, FoundBy(model.found_by))
     if model.pose is not None and model.bound is not None:
         _check_bound(source, key, model)
     if model.route is not None:
         _check_route(source, key, model, item)
+
+
+def _check_colours(source: Source, key: Key, support: SupportModel, found_by: FoundBy) -> None:
+    """Check that what is an answer by its shape alone has the colours of its item."""
+    if found_by is FoundBy.SHAPE and support.own_colour < LEAST_OWN_COLOUR:
+        fault = f"{support.own_colour:g} is below {LEAST_OWN_COLOUR:g}, which an answer by shape has at least"
+        source.add((*key, "support", "own_colour"), f"{fault}; state in refusal why it is none")
 
 
 def _check_bound(source: Source, key: Key, model: PerceivedItemModel) -> None:

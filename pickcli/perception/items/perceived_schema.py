@@ -34,6 +34,7 @@ class SupportModel(FileModel):
     gain: float = Field(description="nats")
     margin: float = Field(description="nats")
     colour: float = Field(description="nats")
+    own_colour: float = Field(1.0, ge=0, le=1, description="a share")
     position_spread: float = Field(ge=0, description="m")
     angle_spread: float = Field(ge=0, description="rad")
     surface_spread: float = Field(ge=0, description="m")

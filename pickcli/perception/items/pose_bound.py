@@ -103,8 +103,10 @@ _WIDER_IF_MIXED = 1.2
 # off by 1.36 times the angle that it was to be within.
 _WIDER_IF_CLEAR, _CLEAR = 1.5, 0.5  # share of the surface without depth
 # Bounds of position, angle and surface over standard deviations, of poses by prints in several looks: all of
-# 172 such poses in five scenes were within them (the largest were 1.80, 3.92 and 2.50).
-_JOINT_FACTORS = np.array([2.0, 4.4, 2.9])
+# 172 such poses in five scenes were within them (the largest were 1.80, 3.92 and 2.50). Those are of an
+# Ensenso; of 61 poses in two scenes by the coarser Carmine and Kinect v2 the largest are 3.54, 3.70 and 3.92.
+_JOINT_FACTORS, _JOINT_FACTORS_OF_COARSE = np.array([2.0, 4.4, 2.9]), np.array([4.2, 5.0, 4.8])
+_FINE = 2.0  # pixels per mm from which on a picture is not coarse
 # Of the deformation: its surface is off by it, and at the ends by half of it for the turn.
 SURFACE_OFF = 1.5
 LEAST_CONFIDENCE_OF_BOUND = 0.99  # below it nothing is said of the error
@@ -201,19 +203,21 @@ def agreed_bound_of(
     return _useful(_deformed(item, _bound(item, model, features, wider), deformation))
 
 
-def joint_bound_of(item: Item, covariance: Array) -> PoseNoise | None:
+def joint_bound_of(item: Item, covariance: Array, pixels_per_mm: float) -> PoseNoise | None:
     """Compute the bounds of the error of a pose by its print in looks from several places, solved together.
 
     Args:
         item: The item.
         covariance: (6, 6) of its motion by what the matches leave open: a shift in m, then a turn in rad.
+        pixels_per_mm: Of the pictures, at the mouth of the place.
 
     Returns:
         The bounds; None if they would be wider than ``LARGEST``.
     """
     spread = spread_of(item.shape, covariance)
     deviations = np.array([spread.position, spread.angle, spread.surface])
-    return _useful(PoseNoise(*(_JOINT_FACTORS * deviations).tolist()))
+    factors = _JOINT_FACTORS if pixels_per_mm >= _FINE else _JOINT_FACTORS_OF_COARSE
+    return _useful(PoseNoise(*(factors * deviations).tolist()))
 
 
 def _bound(item: Item, model: BoundModel, features: Array, wider: float = 1.0) -> PoseNoise:

@@ -13,6 +13,7 @@ from pickcli.perception.items.colour_model import (
     colour_labels,
     item_colours,
     label_shares,
+    own_labels,
 )
 
 
@@ -41,3 +42,11 @@ def test_colours_speak_for_their_own_item_in_other_prints_and_less_light(cell: C
         seen = colour_labels(item_colours(item, 5) * np.sqrt(0.35))
         means = [cost[seen].mean() for cost in costs]
         assert int(np.argmin(means)) == i, (item.name, means)
+
+
+def test_own_labels_are_those_of_a_surface_in_any_light_and_of_no_other_colour() -> None:
+    red, blue = np.array([[200.0, 30.0, 30.0]]), np.array([[30.0, 30.0, 200.0]])
+    own = own_labels(label_shares(red))
+    for light in (0.5, 0.7, 1.0):
+        assert own[colour_labels(light * red)].all()
+        assert not own[colour_labels(light * blue)].any()

@@ -13,7 +13,7 @@ from pickcli.random_scenes.make_scene import make_scene
 from support.filled_bins import looked_at
 
 CONTENTS = ("womens_knit_gloves", "scotch_bubble_mailer", "kleenex_tissue_box")
-SURE = Support(900, 900, 880, 2, 3, 0.02, 900.0, 1.2, 1e-4, 1e-3, 2e-4)
+SURE = Support(900, 900, 880, 2, 3, 0.02, 900.0, 1.2, 1.0, 1e-4, 1e-3, 2e-4)
 
 
 @pytest.mark.parametrize("seed", [4, 5])

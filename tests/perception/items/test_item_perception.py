@@ -170,3 +170,24 @@ def test_a_place_of_which_little_is_seen_is_told_with_the_share(filled: Filled, 
     beside = replace(filled, place=filled.scene.cell.places[name])
     with pytest.raises(InputError, match=rf"{name}: \d+% of its room is seen, at least 50% must be"):
         beside.perceived([])
+
+
+@pytest.mark.parametrize(
+    ("listed", "there"),
+    [
+        ("cloud_b_plush_bear", "kyjen_squeakin_eggs_plush_puppies"),
+        ("rolodex_jumbo_pencil_cup", "kleenex_tissue_box"),
+    ],
+)
+def test_what_has_not_the_colours_of_a_listed_item_is_not_taken_for_it(
+    cell: Cell, listed: str, there: str
+) -> None:
+    seen = looked_at(make_scene({"bin_E": (there,)}, cell, seed=5))
+    observed = seen.perceived([ListedItem(listed, cell.item(listed, 2016))])
+    (answer,) = observed.items
+    assert answer.T_world_item is not None
+    assert answer.refusal.endswith("of what is seen of it has its colours: another item may be there")
+    assert answer.bound is None and answer.confidence < 0.5
+    assert observed.unexplained and len(observed.unrecognised)
+    right = seen.perceived([ListedItem(there, cell.item(there, 2016))])
+    assert right.items[0].is_answer

@@ -89,6 +89,10 @@ _NINE = [9.0, 9.0, 9.0]
         ({(*_ITEM, "refusal"): "no"}, r"items\[0\].bound: a refused pose has none"),
         ({(*_ITEM, "confidence"): 0.9}, r"items\[0\].bound: the confidence is 0.9, and below 0.99 nothing"),
         ({(*_ITEM, "confidence"): 0.7, (*_ITEM, "bound"): None}, r"items\[0\].confidence: 0.7 is below 0.8"),
+        (
+            {(*_ITEM, "support", "own_colour"): 0.4, (*_ITEM, "bound"): None, (*_ITEM, "found_by"): "shape"},
+            r"items\[0\].support.own_colour: 0.4 is below 0.5",
+        ),
         ({(*_ITEM, "bound", "angle"): 0.2}, r"items\[0\].bound: is wider than 0.015 m or 0.1396 rad"),
         (
             {(*_ITEM, "pose"): None, (*_ITEM, "bound"): None, (*_ITEM, "support"): None},
