@@ -22,13 +22,13 @@ from pickcli.cell.item import Item
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.errors import InputError
+from pickcli.perception.items.confidence import LEAST_OWN_COLOUR
 from pickcli.perception.items.listed_item import ListedItem
 from pickcli.perception.items.product_model import product_model
 from pickcli.random_scenes.make_scene import make_scene
 
 YEAR, N_ALIKE = 2016, 3
 BIN = "bin_A"
-COLOURS = "has its colours"  # in the refusal for these
 
 
 def most_alike(item: Item, items: Sequence[Item]) -> list[Item]:
@@ -55,7 +55,8 @@ def answers(
         if answer.is_answer:
             yield "answered" if answer.bound is None else "answered with a bound"
         else:
-            yield "refused for its colours" if COLOURS in answer.refusal else "refused"
+            own = 1.0 if answer.support is None else answer.support.own_colour
+            yield "refused for its colours" if own < LEAST_OWN_COLOUR else "refused"
 
 
 def main() -> None:

@@ -67,7 +67,10 @@ def solved_in(cell: Cell, sensor: SensorModel, seed: int) -> Iterator[tuple[int,
         items = [placed.item for placed in seen.items]
         views = {item: SiftViews.ALL for item in items if item.is_printed}
         looks, T_world_place = [], scene.T_world_place(seen.place)
-        fineness = pixels_per_mm(sensor.camera, seen.rgbd.T_world_camera, seen.place, T_world_place)
+        fineness = min(
+            pixels_per_mm(sensor.camera, rgbd.T_world_camera, seen.place, T_world_place)
+            for rgbd, _ in seen.pictures
+        )
         for rgbd, known in seen.pictures:
             view = view_of_place(rgbd, seen.place, T_world_place, known)
             assert view is not None

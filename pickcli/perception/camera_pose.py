@@ -51,8 +51,11 @@ def farthest_camera(robot: Robot, camera: MountedCamera) -> float:
         camera: The camera.
 
     Returns:
-        m: the lengths of all links between them, stretched out, and the travel of prismatic joints.
+        m: the lengths of all links between them, stretched out, and the travel of prismatic joints; infinite
+        for a link of another arm that this one does not know.
     """
+    if camera.link not in {link.name for link in robot.links}:
+        return np.inf
     way, link = float(np.linalg.norm(camera.T_parent_camera[:3, 3])), camera.link
     arriving = {joint.child: joint for joint in robot.joints}
     while link in arriving:

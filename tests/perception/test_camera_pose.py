@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,12 @@ def test_no_configuration_takes_a_camera_farther_than_its_links_reach(
     ]
     assert len(away) > 50 and max(away) <= most < 10.0
     assert max(away) > 0.2 * most, "a bound that tells something"
+
+
+def test_nothing_is_said_of_a_camera_on_a_link_of_another_arm() -> None:
+    cell = load_workcell("apc2016_kth_picking").arms["right"]
+    camera = replace(next(iter(cell.cameras.values())), link="left_w2")
+    assert farthest_camera(cell.robot, camera) == np.inf
 
 
 def test_some_cells_have_cameras_on_links() -> None:

@@ -34,7 +34,7 @@ class Support:
         gain: nats by which the picture is explained better with the item than without.
         margin: nats by which it is explained better than with the item's next place.
         colour: nats, mean cost of the colours of supported pixels; negative if they are its own.
-        own_colour: Share of supported pixels with colours that the item has itself.
+        own_colour: Share of supported pixels with colours that the item has itself; 1 if there are too few.
         position_spread: m by which the position may be off while the picture is explained nearly as well.
         angle_spread: rad by which the orientation may be.
         surface_spread: m by which a point of the surface may be.

@@ -299,8 +299,8 @@ def _if_of_its_colours(answer: ItemObservation) -> ItemObservation:
         return answer
     if (own := answer.support.own_colour) >= LEAST_OWN_COLOUR:
         return answer
-    refusal = f"only {own:.0%} of what is seen of it has its colours: another item may be there"
-    return replace(answer, refusal=refusal, confidence=min(answer.confidence, own), bound=None)
+    refusal = f"only {int(100 * own)}% of what is seen of it has its colours: another item may be there"
+    return replace(answer, refusal=refusal, confidence=min(answer.confidence, own))
 
 
 def _are_aside(one: PlaceLook, other: PlaceLook) -> bool:
@@ -375,7 +375,7 @@ def _with_prints(
     answers: tuple[ItemObservation, ...], looks: Sequence[PlaceLook]
 ) -> tuple[ItemObservation, ...]:
     """The answers, those by prints where these tell more."""
-    out = list(answers)
+    out, coarsest = list(answers), min(looks, key=lambda look: look.pixels_per_mm)
     for item in dict.fromkeys(each.item for each in answers):
         copies = [i for i, each in enumerate(answers) if each.item == item]
         if any(looks[0].listed[i].deformation for i in copies):  # its surface is elsewhere
@@ -383,7 +383,7 @@ def _with_prints(
         seen = [(look.rgbd.T_world_camera, look.prints.get(item, ())) for look in looks]
         for joint in joint_print_poses(item, seen, ASIDE)[: len(copies)]:
             i = min(copies, key=lambda k: _away(out[k], joint.T_world_item))
-            out[i] = _by_print(out[i], joint, looks[-1])
+            out[i] = _by_print(out[i], joint, coarsest)
             copies.remove(i)
     return tuple(out)
 
@@ -395,7 +395,7 @@ def _away(answer: ItemObservation, T: Array) -> float:
 
 
 def _by_print(answer: ItemObservation, joint: JointPose, look: PlaceLook) -> ItemObservation:
-    """An answer, by the prints in several looks if they bound its error more narrowly."""
+    """An answer, by prints in looks, of which the coarsest is given, if they bound its error more narrowly."""
     bound = joint_bound_of(answer.item, joint.covariance, look.pixels_per_mm)
     T, known = joint.T_world_item, answer.bound
     if bound is None or (known is not None and known.bound(answer.item) <= bound.bound(answer.item)):

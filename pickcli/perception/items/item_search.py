@@ -62,6 +62,7 @@ _ODD, _ODD_AREA = 1.4, 7  # nats of a pixel in the mean over so many px square
 _SPARSE, _MOSTLY = 0.2, 0.6  # shares of an area, and of what was measured in it, that are before
 _LEAST_PART = 130  # pixels of 2 mm, of a part that is told
 _NEAR, _COARSELY_NEAR = 0.006, 0.01  # m between a surface and what was measured of it
+_LEAST_COLOURED = 20  # supported pixels of an item, from which on its colours are judged
 _AT_PRINT = 0.015  # m of the surface, up to which a pose is the one in which its print was recognised
 _SETTLED, _OFF = 0.5, 0.1  # shares of what an item shows that are supported at least, and off at most
 
@@ -124,7 +125,7 @@ class ItemSearch:
         self._points, self._normals = self._thin.points, self._thin.normals
         costs = known_and_item_costs(place.carrier, models)
         labels = colour_labels(self._thin.colour)
-        self._is_own_colour = [own[labels] < 0.0 for own in costs[1:]]
+        self._speaks_for = [own[labels] < 0.0 for own in costs[1:]]
         self._coarse = place_picture(self._thin, models, costs, solids, depth_model, _COARSE)
         self._fine = place_picture(view, models, costs, solids, depth_model, _FINE)
 
@@ -152,7 +153,7 @@ class ItemSearch:
         poses = self._fine.refined(placed, poses, None, _FINE_STEPS, _FINE_PENETRATION, 2)
         poses = self._faced(placed, poses)  # some are near to one by print only now
         evidence = self._fine.evidence(placed, poses, _NEAR)
-        own = self._own_colours(placed, poses)
+        own = self._own_colour_shares(placed, poses)
         return {
             int(i): PoseEstimate(
                 T,
@@ -162,17 +163,17 @@ class ItemSearch:
             for k, (i, T, row) in enumerate(zip(placed, poses, evidence, strict=True))
         }
 
-    def _own_colours(self, placed: NDArray[np.int32], poses: Array) -> list[float]:
-        """Of each pose the share of pixels on its surface with colours that the item has itself."""
+    def _own_colour_shares(self, placed: NDArray[np.int32], poses: Array) -> list[float]:
+        """Of each pose the share of its supported pixels with colours of the item; 1 of too few to tell."""
         owner, depth, _ = self._fine.composed(placed, poses)
         labels = colour_labels(self._view.colour)
         with np.errstate(invalid="ignore"):
-            is_near = np.abs(self._view.depth - depth) < _NEAR
+            is_near = np.abs(self._view.depth - depth) <= _NEAR
         shares = []
         for k, i in enumerate(placed):
             seen = labels[is_near & (owner == k)]
             own = own_labels(self._models[i].label_shares)
-            shares.append(float(own[seen].mean()) if len(seen) else 1.0)
+            shares.append(float(own[seen].mean()) if len(seen) >= _LEAST_COLOURED else 1.0)
         return shares
 
     def _faced(self, placed: NDArray[np.int32], poses: Array) -> Array:
@@ -305,7 +306,7 @@ class ItemSearch:
         starts = [
             face_starts(shape, left.points, left.normals, room),
             part_starts(
-                shape, eye, self._thin.rays, binary_opening(left.is_open & self._is_own_colour[i]), room
+                shape, eye, self._thin.rays, binary_opening(left.is_open & self._speaks_for[i]), room
             ),
         ]
         if self._lost(i) > _OFTEN_LOST:

@@ -96,19 +96,21 @@ def check_answer(source: Source, key: Key, model: PerceivedItemModel, item: Item
     elif not model.refusal and model.confidence < LEAST_CONFIDENCE:
         fault = f"{model.confidence:g} is below {LEAST_CONFIDENCE:g}, from which on a pose is an answer"
         source.add((*key, "confidence"), f"{fault}; state in refusal why it is none")
-    if model.support is not None and not model.refusal:
-        _check_colours(source, key, model.support, FoundBy(model.found_by))
+    if model.pose is not None and not model.refusal and FoundBy(model.found_by) is FoundBy.SHAPE:
+        _check_support(source, (*key, "support"), model.support)
     if model.pose is not None and model.bound is not None:
         _check_bound(source, key, model)
     if model.route is not None:
         _check_route(source, key, model, item)
 
 
-def _check_colours(source: Source, key: Key, support: SupportModel, found_by: FoundBy) -> None:
-    """Check that what is an answer by its shape alone has the colours of its item."""
-    if found_by is FoundBy.SHAPE and support.own_colour < LEAST_OWN_COLOUR:
+def _check_support(source: Source, key: Key, support: SupportModel | None) -> None:
+    """Check that the picture speaks for an answer by shape alone, and with colours of its item."""
+    if support is None:
+        source.add(key, "is null, and the item was found by shape; state what the picture says for the pose")
+    elif support.own_colour < LEAST_OWN_COLOUR:
         fault = f"{support.own_colour:g} is below {LEAST_OWN_COLOUR:g}, which an answer by shape has at least"
-        source.add((*key, "support", "own_colour"), f"{fault}; state in refusal why it is none")
+        source.add((*key, "own_colour"), f"{fault}; state in refusal why it is none")
 
 
 def _check_bound(source: Source, key: Key, model: PerceivedItemModel) -> None:
@@ -116,7 +118,7 @@ def _check_bound(source: Source, key: Key, model: PerceivedItemModel) -> None:
     bound, set_null = model.bound, "set the bound to null"
     assert bound is not None
     if model.refusal:
-        source.add((*key, "bound"), f'a refused pose has none; {set_null}, or the refusal to ""')
+        source.add((*key, "bound"), f"a refused pose has none; {set_null}")
     elif model.confidence < LEAST_CONFIDENCE_OF_BOUND:
         least = f"below {LEAST_CONFIDENCE_OF_BOUND:g} nothing is said of the error of a pose"
         source.add((*key, "bound"), f"the confidence is {model.confidence:g}, and {least}; {set_null}")

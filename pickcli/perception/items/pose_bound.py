@@ -209,7 +209,7 @@ def joint_bound_of(item: Item, covariance: Array, pixels_per_mm: float) -> PoseN
     Args:
         item: The item.
         covariance: (6, 6) of its motion by what the matches leave open: a shift in m, then a turn in rad.
-        pixels_per_mm: Of the pictures, at the mouth of the place.
+        pixels_per_mm: Of the coarsest of the pictures, at the mouth of the place.
 
     Returns:
         The bounds; None if they would be wider than ``LARGEST``.

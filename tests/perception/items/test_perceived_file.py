@@ -93,6 +93,10 @@ _NINE = [9.0, 9.0, 9.0]
             {(*_ITEM, "support", "own_colour"): 0.4, (*_ITEM, "bound"): None, (*_ITEM, "found_by"): "shape"},
             r"items\[0\].support.own_colour: 0.4 is below 0.5",
         ),
+        (
+            {(*_ITEM, "support"): None, (*_ITEM, "bound"): None, (*_ITEM, "found_by"): "shape"},
+            r"items\[0\].support: is null, and the item was found by shape",
+        ),
         ({(*_ITEM, "bound", "angle"): 0.2}, r"items\[0\].bound: is wider than 0.015 m or 0.1396 rad"),
         (
             {(*_ITEM, "pose"): None, (*_ITEM, "bound"): None, (*_ITEM, "support"): None},
@@ -226,3 +230,22 @@ def test_by_what_items_were_found_is_kept_and_older_files_do_not_say(
         del item["found_by"]
     path.write_text(json.dumps(content))
     assert {each.found_by for each in read_perceived(path, cell).places[0].items} == {FoundBy.SHAPE}
+
+
+@pytest.mark.parametrize(("found_by", "own"), [("shape", 0.5), ("print", 0.1), ("shape", None)])
+def test_colours_count_for_what_was_found_by_shape_alone(
+    perceived: Perceived, cell: Cell, tmp_path: Path, found_by: str, own: float | None
+) -> None:
+    """And files that say nothing of them are read, as those of earlier versions."""
+    content = json.loads(json.dumps(perceived_values(perceived)))
+    item = content["places"][0]["items"][0]
+    item.update(found_by=found_by, bound=None, route=None)
+    if own is None:
+        del item["support"]["own_colour"]
+    else:
+        item["support"]["own_colour"] = own
+    path = tmp_path / "perceived.json"
+    path.write_text(json.dumps(content))
+    answer = read_perceived(path, cell).places[0].items[0]
+    assert answer.is_answer and answer.support is not None
+    assert answer.support.own_colour == (1.0 if own is None else own)
