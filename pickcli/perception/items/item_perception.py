@@ -395,7 +395,7 @@ def _away(answer: ItemObservation, T: Array) -> float:
 
 
 def _by_print(answer: ItemObservation, joint: JointPose, look: PlaceLook) -> ItemObservation:
-    """An answer, by prints in looks, of which the coarsest is given, if they bound its error more narrowly."""
+    """An answer, by prints in looks (the coarsest is given) if they bound its error more narrowly."""
     bound = joint_bound_of(answer.item, joint.covariance, look.pixels_per_mm)
     T, known = joint.T_world_item, answer.bound
     if bound is None or (known is not None and known.bound(answer.item) <= bound.bound(answer.item)):
