@@ -38,9 +38,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def words(folder: Path, grasps: str, *more: object) -> tuple[object, ...]:
+def words(folder: Path, grasps: str, *more: object, arm: str | None = "left") -> tuple[object, ...]:
     riding = arm_pick(k=ITEM).stream.items[ITEM]
-    asked = ("--item", riding.id, "--now", f"{riding.stamp + 0.3:.3f}", "--into", "bin_left", "--arm", "left")
+    asked = ("--item", riding.id, "--now", f"{riding.stamp + 0.3:.3f}", "--into", "bin_left")
+    asked += () if arm is None else ("--arm", arm)
     return ("plan-pick", "--stream", folder / "stream.json", *asked, "--grasps", folder / grasps, *more)
 
 
@@ -66,3 +67,13 @@ def test_where_they_leave_no_grasp_there_is_no_plan(folder: Path, tmp_path: Path
     refused(none, 5, "no recorded grasp passes the filters; recorded grasp 1 (behind): chase filter")
     assert "recorded grasp 2 (far): kinematic filter" in none.err
     assert not (tmp_path / "plan.json").exists()
+
+
+def test_of_several_arms_each_tells_which_grasps_were_removed(folder: Path, tmp_path: Path) -> None:
+    by_rule, plan = ("--stream-rule", "pr2-2013"), tmp_path / "plan.json"
+    none = apc(*words(folder, "bad.json", *by_rule, "-o", plan, arm=None))
+    refused(none, 5)
+    for arm in ("left", "right"):
+        (line,) = (line for line in none.err.splitlines() if line.startswith(f"  arm {arm}: "))
+        assert "no recorded grasp passes the filters; recorded grasp 1 (behind): chase filter: it" in line
+        assert "recorded grasp 2 (far): kinematic filter: the arm does not reach its" in line
