@@ -137,7 +137,8 @@ def test_a_summary_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
     played(ScriptedStreams(("a",)), tmp_path / "run")
     summary = tmp_path / "run" / SUMMARY
     content = json.loads(summary.read_text())
-    for trials in ([], "x", [1], [{"trial": "../a-0"}], [{"trial": 3}], None):
+    outside = [[{"trial": name}] for name in ("../a-0", "..", "", ".")]
+    for trials in ([], "x", 5, {"trial": 3}, [1], [{"trial": 3}], None, *outside):
         summary.write_text(json.dumps({**content, "trials": trials}))
         with pytest.raises(InputError, match=r"trials\.json: lists no trials"):
             TRIALS.read(tmp_path / "run")
