@@ -80,12 +80,8 @@ def filter_grasps(
         for k, grasp in mine:
             if not chase_filter([grasp], T_world_item, velocity):
                 removed[k] = Reason(CHASE, _label(k, grasp), _why_chasing(grasp, T_world_item, velocity))
-    left = [(k, grasp) for k, grasp in mine if k not in removed]
-    reached = {
-        id(each.grasp) for each in kinematic_filter([grasp for _, grasp in left], T_world_item, arm, seed)
-    }
-    for k, grasp in left:
-        if id(grasp) not in reached:
+    for k, grasp in mine:
+        if k not in removed and not kinematic_filter([grasp], T_world_item, arm, seed):
             removed[k] = Reason(KINEMATIC, _label(k, grasp), _why_unreached(grasp, T_world_item, arm, seed))
     kept = tuple(grasp for k, grasp in mine if k not in removed)
     return FilteredGrasps(kept, tuple(removed[k] for k in sorted(removed)))
@@ -148,16 +144,15 @@ def kinematic_filter(
         seed: Seed of inverse kinematics.
 
     Returns:
-        The grasps with the configurations, in their order; one grasp may be reached in several postures.
+        The grasps with the configurations, in their order; one grasp may be reached in several postures. What
+        is found of a grasp does not depend on the others.
     """
     states = {state.name: state for state in arm.robot.tool.states}
     return tuple(
         reached
-        for k, grasp in enumerate(grasps)
+        for grasp in grasps
         if grasp.tool_state in states
-        for reached in _postures(
-            grasp, T_world_item, arm, states[grasp.tool_state], derived_rng(seed, "recorded", k)
-        )
+        for reached in _postures(grasp, T_world_item, arm, states[grasp.tool_state], seed)
     )
 
 
@@ -175,16 +170,21 @@ def _why_unreached(grasp: RecordedGrasp, T_world_item: Array, arm: Arm, seed: in
     state = next((each for each in arm.robot.tool.states if each.name == grasp.tool_state), None)
     if state is None:
         return f"the tool has no state {grasp.tool_state}"
-    rng = derived_rng(seed, "recorded", "why")
-    if len(arm.solve_spread(T_world_item @ grasp.T_item_grasp, state, rng, N_SEEDS)) == 0:
+    if len(_at_grasp(grasp, T_world_item, arm, state, seed)) == 0:
         return "the arm does not reach its grasp"
     return "the arm does not reach its pregrasp in a posture in which it reaches its grasp"
 
 
+def _at_grasp(grasp: RecordedGrasp, T_world_item: Array, arm: Arm, state: ToolState, seed: int) -> Array:
+    """Return configurations at a grasp, from the same draws for every grasp and whenever it is asked."""
+    rng = derived_rng(seed, "recorded")
+    return arm.solve_spread(T_world_item @ grasp.T_item_grasp, state, rng, N_SEEDS)
+
+
 def _postures(
-    grasp: RecordedGrasp, T_world_item: Array, arm: Arm, state: ToolState, rng: np.random.Generator
+    grasp: RecordedGrasp, T_world_item: Array, arm: Arm, state: ToolState, seed: int
 ) -> Iterator[ReachedGrasp]:
-    for q in arm.solve_spread(T_world_item @ grasp.T_item_grasp, state, rng, N_SEEDS):
+    for q in _at_grasp(grasp, T_world_item, arm, state, seed):
         before = arm.solve_near(T_world_item @ grasp.T_item_pregrasp, state, q)
         if before is not None:
             yield ReachedGrasp(grasp, before, q)
