@@ -77,8 +77,8 @@ class StreamTrialResult:
         n_limit_violations: Number of violated joint limits.
         n_stops: Number of protective stops, after each of which the arm was brought home by hand.
         t_end: s of the stream at which the last motion ended.
-        planning_ms: Wall-clock ms of each query with a plan.
-        refusing_ms: Wall-clock ms of each query without one.
+        planning_ms: Wall-clock ms of each query with a plan: filters of grasps, planning and verification.
+        refusing_ms: The same of each query without one.
     """
 
     speed: float
