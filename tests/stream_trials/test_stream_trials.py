@@ -148,6 +148,15 @@ def test_a_summary_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
         TRIALS.read(tmp_path / "run")
 
 
+@pytest.mark.parametrize("bound", ["1.0", -1.0, [1.0]])
+def test_a_bound_on_the_cost_that_is_none_is_told_with_its_field(bound: object, tmp_path: Path) -> None:
+    record = scripted_record("a", 0, 0.3)
+    record["items"][1]["cost_bound"] = bound
+    (tmp_path / "trial.json").write_text(json.dumps(record))
+    with pytest.raises(InputError, match=r"(?s)no sound record of a trial.*items\[1\]\.cost_bound"):
+        RECORDS.read(tmp_path / "trial.json")
+
+
 def test_folders_without_trials_are_told_for_what_they_are(tmp_path: Path) -> None:
     whole, interrupted, single, empty = (tmp_path / name for name in ("whole", "broken", "single", "empty"))
     played(ScriptedStreams(("a",)), whole)
