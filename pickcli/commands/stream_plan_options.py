@@ -83,5 +83,5 @@ def refuse_stream_plan() -> None:
 def _refuse(names: list[str]) -> None:
     stated = [OF_STREAMS[name] for name in names if is_stated(name)]
     if stated:
-        verb = "apply" if len(stated) > 1 else "applies"
-        raise click.UsageError(f"{' and '.join(stated)} {verb} to streams, and this is none; leave it out")
+        verb, them = ("apply", "them") if len(stated) > 1 else ("applies", "it")
+        raise click.UsageError(f"{', '.join(stated)} {verb} to streams, and this is none; leave {them} out")

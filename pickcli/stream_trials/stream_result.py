@@ -111,6 +111,11 @@ class StreamTrialResult:
         """Number of items for which the arm moved."""
         return sum(each.attempts > 0 for each in self.items)
 
+    @property
+    def cost_bound(self) -> dict[str, float] | None:
+        """The proven bounds on the cost of transits by ARA*, as ``percentiles``; None without any."""
+        return percentiles([each.cost_bound for each in self.items if each.cost_bound is not None])
+
     def _attempted_by_arm(self) -> dict[str, int]:
         """Count the items that each arm attempted last, by its name; empty with a single arm."""
         return dict(sorted(Counter(each.arm for each in self.items if each.arm).items()))
