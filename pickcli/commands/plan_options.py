@@ -34,7 +34,7 @@ from pickcli.commands.scene_options import refuse_held, scene_or_empty
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
-    from pickcli.errors import Reason
+    from pickcli.grasping.recorded_filters import RemovedGrasp
     from pickcli.motion.plan import Plan
     from pickcli.planning.arm_choice import ArmSuitability
     from pickcli.planning.planning_context import PlanningContext
@@ -149,7 +149,7 @@ class PlanOptions:
 
     def deliver(
         self, plan: Plan, scene: Scene, is_judged: bool = False, ranked: Sequence[ArmSuitability] = (),
-        removed: Sequence[Reason] = (),
+        removed: Sequence[RemovedGrasp] = (),
     ) -> None:  # fmt: skip
         """Verify a plan if requested, write it and print its summary.
 
@@ -171,7 +171,10 @@ class PlanOptions:
         write_plan(plan, self.output, self.overwrite)
         if self.as_json:
             why = [{**asdict(arm), "against": arm.against and str(arm.against)} for arm in ranked]
-            told = [{"grasp": each.where, "by": each.what, "why": each.detail} for each in removed]
+            told = [
+                {"grasp": each.number, "source": each.source, "by": each.by, "why": each.why}
+                for each in removed
+            ]
             more = {"arms_ranked": why, "removed_grasps": told}
             emit_json({**plan_summary(plan, self.output), **{key: more[key] for key in more if more[key]}})
         else:

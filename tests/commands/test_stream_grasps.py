@@ -53,11 +53,10 @@ def test_each_filter_tells_which_grasps_it_removed_and_why(folder: Path, tmp_pat
     assert "recorded grasp 3 (far): kinematic filter: the arm does not reach its pregrasp" in planned.out
     assert "recorded grasp 2" not in planned.out and "transit by ARA*" in planned.out
     told = json.loads(apc(*words(folder, "all.json", *by_rule, "--json", "-o", tmp_path / "b.json")).out)
-    removed = [(each["grasp"], each["by"]) for each in told["removed_grasps"]]
-    assert removed == [
-        ("recorded grasp 1 (behind)", "chase filter"),
-        ("recorded grasp 3 (far)", "kinematic filter"),
-    ]
+    removed = [(each["grasp"], each["source"], each["by"]) for each in told["removed_grasps"]]
+    assert removed == [(1, "behind", "chase filter"), (3, "far", "kinematic filter")]
+    every = ("--stream-rule", "earliest", "--json", "-o", tmp_path / "d.json")
+    assert "removed_grasps" not in json.loads(apc(*words(folder, "all.json", *every)).out)
     earliest = apc(*words(folder, "all.json", "-o", tmp_path / "c.json"))
     assert earliest.code == 0 and "chase filter" not in earliest.out
 

@@ -209,7 +209,7 @@ def test_each_grasp_that_is_removed_is_told_with_its_filter_and_why() -> None:
     recorded, item = (other, behind, above, from_below, far), (above.item, above.year)
     found = filter_grasps(recorded, item, on_the_belt(), BELT, context().arm)
     assert found.kept == (above,)
-    assert [str(reason).split(", ")[0] for reason in found.removed] == [
+    assert [str(each).split(", ")[0] for each in found.removed] == [
         "recorded grasp 2: chase filter: it runs after the item",
         "recorded grasp 4 (stated): kinematic filter: the arm does not reach its pregrasp in a posture in "
         "which it reaches its grasp",

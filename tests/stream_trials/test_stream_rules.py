@@ -125,7 +125,7 @@ def test_by_the_rules_of_2013_recorded_grasps_pass_both_filters() -> None:
     with_all = replace(context(), recorded=tuple(grasps))
     filtered = StreamRule.PR2_2013.filtered(with_all, stream(), query(), 0)
     assert filtered.context.recorded == (grasps[1],)
-    assert [reason.what for reason in filtered.removed] == ["chase filter", "kinematic filter"]
+    assert [each.by for each in filtered.removed] == ["chase filter", "kinematic filter"]
     ours = StreamRule.EARLIEST.filtered(with_all, stream(), query(), 0)
     assert ours.context is with_all and not ours.removed and not ours.told
     plan = plan_intercept(filtered.context, stream(), query(), home())
@@ -143,7 +143,7 @@ def test_on_a_belt_that_stands_nothing_is_chased() -> None:
     with_all = replace(context(), recorded=tuple(recorded()))
     standing = InterceptQuery(items.items[3].id, 0.0, "bin_left")
     filtered = StreamRule.PR2_2013.filtered(with_all, resting, standing, 0)
-    assert [str(reason).split(": ")[:2] for reason in filtered.removed] == [
+    assert [str(each).split(": ")[:2] for each in filtered.removed] == [
         ["recorded grasp 3 (far)", "kinematic filter"]
     ]
 
