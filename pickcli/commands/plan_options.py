@@ -28,9 +28,9 @@ from pickcli.commands.options import (
     seed_option,
 )
 from pickcli.commands.plan_verification import certified
-from pickcli.commands.recorded_options import RecordedOptions, recorded_options
 from pickcli.commands.report import plan_summary, plan_text
 from pickcli.commands.scene_options import refuse_held, scene_or_empty
+from pickcli.commands.transit_options import TransitOptions, transit_options
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -201,7 +201,7 @@ class PickOptions(PlanOptions):
 
 
 @dataclass(frozen=True)
-class RecordedPickOptions(PickOptions, RecordedOptions):
+class RecordedPickOptions(PickOptions, TransitOptions):
     """The options of a pick whose grasps may have been recorded.
 
     Attributes:
@@ -265,7 +265,7 @@ def recorded_pick_options(function: F) -> F:
         "--upright", type=FiniteRange(0.0, 90.0, min_open=True), metavar="DEG",
         help="Tilt the held item by no more than this, from how it stands when it is taken.  [default: any]",
     )(_pick_options(RecordedPickOptions)(function))  # fmt: skip
-    return recorded_options(function)
+    return transit_options(function)
 
 
 def _pick_options(kind: type[PickOptions]) -> Callable[[F], F]:
