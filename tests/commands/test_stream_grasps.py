@@ -41,8 +41,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def words(folder: Path, grasps: str, *more: object, arm: str | None = "left") -> tuple[object, ...]:
     riding = arm_pick(k=ITEM).stream.items[ITEM]
     asked = ("--item", riding.id, "--now", f"{riding.stamp + 0.3:.3f}", "--into", "bin_left")
-    asked += () if arm is None else ("--arm", arm)
-    return ("plan-pick", "--stream", folder / "stream.json", *asked, "--grasps", folder / grasps, *more)
+    moved = () if arm is None else ("--arm", arm)
+    return (
+        "plan-pick",
+        "--stream",
+        folder / "stream.json",
+        *asked,
+        *moved,
+        "--grasps",
+        folder / grasps,
+        *more,
+    )
 
 
 def test_each_filter_tells_which_grasps_it_removed_and_why(folder: Path, tmp_path: Path) -> None:
