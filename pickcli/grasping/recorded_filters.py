@@ -58,7 +58,7 @@ class RemovedGrasp:
 
     @property
     def reason(self) -> Reason:
-        """The same as a reason against a plan."""
+        """Why there is no plan with the grasp."""
         source = f" ({self.source})" if self.source else ""
         return Reason(self.by, f"recorded grasp {self.number}{source}", self.why)
 
