@@ -267,7 +267,7 @@ class NoPlanError(ApcError):
         Returns:
             The error, with the reasons and blockers of all; a NoExtractionError if all errors are.
         """
-        told = ((each, "" if error is None else error.summary()) for each, error in alternatives)
+        told = ((each, "" if error is None else error._in_a_line()) for each, error in alternatives)
         lines = [each if why in each else f"{each}: {why}" for each, why in told]  # none is told twice
         errors = [error for _, error in alternatives if error is not None]
         is_stuck = bool(errors) and all(isinstance(error, NoExtractionError) for error in errors)
@@ -293,6 +293,10 @@ class NoPlanError(ApcError):
             One line.
         """
         return self.failures.summary()
+
+    def _in_a_line(self) -> str:
+        """Return the text; of one of several lines the summary."""
+        return self.summary() if "\n" in self.text else self.text
 
 
 class NoExtractionError(NoPlanError):

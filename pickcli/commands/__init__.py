@@ -14,7 +14,7 @@ Read in this order:
   `verified_drive`, `detect_pallet` and `watch_zone`; hands with belts: `try_grasp`.
 - Items: `show_grasps`, `show_envelope` and `import_tsr`, with the `named_item` of both; `record_grasp`.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
-  `artifact_options`, `scene_options`, `stream_options`, `recorded_options`, `stream_plan_options`,
+  `artifact_options`, `scene_options`, `stream_options`, `transit_options`, `stream_plan_options`,
   `plan_options`, `build_options`, `trial_options`,
   `pod_shift`, `operator_stop_option`; `logs` has --verbose and --debug.
 - Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow

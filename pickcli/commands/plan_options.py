@@ -28,13 +28,13 @@ from pickcli.commands.options import (
     seed_option,
 )
 from pickcli.commands.plan_verification import certified
-from pickcli.commands.recorded_options import RecordedOptions, recorded_options
 from pickcli.commands.report import plan_summary, plan_text
 from pickcli.commands.scene_options import refuse_held, scene_or_empty
+from pickcli.commands.transit_options import TransitOptions, transit_options
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
-    from pickcli.errors import Reason
+    from pickcli.grasping.recorded_filters import RemovedGrasp
     from pickcli.motion.plan import Plan
     from pickcli.planning.arm_choice import ArmSuitability
     from pickcli.planning.planning_context import PlanningContext
@@ -149,7 +149,7 @@ class PlanOptions:
 
     def deliver(
         self, plan: Plan, scene: Scene, is_judged: bool = False, ranked: Sequence[ArmSuitability] = (),
-        removed: Sequence[Reason] = (),
+        removed: Sequence[RemovedGrasp] = (),
     ) -> None:  # fmt: skip
         """Verify a plan if requested, write it and print its summary.
 
@@ -171,7 +171,10 @@ class PlanOptions:
         write_plan(plan, self.output, self.overwrite)
         if self.as_json:
             why = [{**asdict(arm), "against": arm.against and str(arm.against)} for arm in ranked]
-            told = [{"grasp": each.where, "by": each.what, "why": each.detail} for each in removed]
+            told = [
+                {"grasp": each.number, "source": each.source, "by": each.by, "why": each.why}
+                for each in removed
+            ]
             more = {"arms_ranked": why, "removed_grasps": told}
             emit_json({**plan_summary(plan, self.output), **{key: more[key] for key in more if more[key]}})
         else:
@@ -198,7 +201,7 @@ class PickOptions(PlanOptions):
 
 
 @dataclass(frozen=True)
-class RecordedPickOptions(PickOptions, RecordedOptions):
+class RecordedPickOptions(PickOptions, TransitOptions):
     """The options of a pick whose grasps may have been recorded.
 
     Attributes:
@@ -262,7 +265,7 @@ def recorded_pick_options(function: F) -> F:
         "--upright", type=FiniteRange(0.0, 90.0, min_open=True), metavar="DEG",
         help="Tilt the held item by no more than this, from how it stands when it is taken.  [default: any]",
     )(_pick_options(RecordedPickOptions)(function))  # fmt: skip
-    return recorded_options(function)
+    return transit_options(function)
 
 
 def _pick_options(kind: type[PickOptions]) -> Callable[[F], F]:

@@ -185,17 +185,28 @@ def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
             f"tool off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
             f"{1e3 * slip['p95']:.1f} mm/s along the belt (95th percentile of {n_held} picks)"
         )
-    bounds = sorted(each.cost_bound for each in result.items if each.cost_bound is not None)
-    if bounds:
-        half, worst = bounds[len(bounds) // 2], bounds[-1]
-        lines.append(
-            f"{len(bounds)} transits by ARA*, proven to cost at most {half:.3f} times the least on the "
-            f"lattice in the median, {worst:.3f} at worst"
-        )
+    lines += bound_lines(result.cost_bound)
     others = [each for each in result.items if str(each.outcome) != "delivered"]
     lines += [f"{each.item}: {each.outcome}: {each.reason}" for each in others[:FEW]]
     lines += [f"and {len(others) - FEW} more"] if len(others) > FEW else []
     return [*lines, *paper_lines({"": record})]
+
+
+def bound_lines(found: Mapping[str, float] | None) -> list[str]:
+    """Format the bounds on the cost of transits by ARA*.
+
+    Args:
+        found: The proven bounds, as ``percentiles``; None without any.
+
+    Returns:
+        A line of text; none without bounds.
+    """
+    if found is None:
+        return []
+    return [
+        f"transits by ARA*: proven to cost at most {found['median']:.3f} times the least on the lattice in "
+        f"the median, {found['worst']:.3f} at worst"
+    ]
 
 
 def paper_lines(records: Mapping[str, Mapping[str, Any]]) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pickcli.commands.played_stream import paper_lines, refuse_stated, stream_task
+from pickcli.commands.played_stream import bound_lines, paper_lines, refuse_stated, stream_task
 from pickcli.commands.stream_plan_options import StreamPlanOptions
 from pickcli.commands.trial_options import TrialOptions
 from pickcli.commands.trials_output import (
@@ -102,7 +102,7 @@ def _lines(summary: Mapping[str, Any]) -> list[str]:
         f"{summary['delivered_per_minute']:.1f} delivered a minute",
         ", ".join(f"{key.replace('_', ' ')} {totals[key]}" for key in bad),
         *_met(summary),
-        *_bounds(summary["cost_bound"]),
+        *bound_lines(summary["cost_bound"]),
         *_planning(summary["statistics"]),
         *cause_lines("not attempted", summary["not_attempted"], "items", "why"),
         *cause_lines("lost", summary["lost"], "items", "why"),
@@ -118,16 +118,6 @@ def _met(summary: Mapping[str, Any]) -> list[str]:
         f"tool off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
         f"{1e3 * slip['p95']:.1f} mm/s along the belt at the 95th percentile; at worst "
         f"{1e3 * offset['worst']:.1f} mm and {1e3 * slip['worst']:.1f} mm/s"
-    ]
-
-
-def _bounds(found: Mapping[str, float] | None) -> list[str]:
-    """Format the bounds on the cost of transits by ARA*, if it planned any."""
-    if found is None:
-        return []
-    return [
-        f"transits by ARA*: proven to cost at most {found['median']:.3f} times the least on the lattice in "
-        f"the median, {found['worst']:.3f} at worst"
     ]
 
 

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import click
 
 from pickcli.commands.options import passed_as
-from pickcli.commands.recorded_options import RecordedOptions, recorded_options
+from pickcli.commands.transit_options import TransitOptions, transit_options
 from pickcli.commands.trial_options import is_stated
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -20,7 +20,7 @@ OF_STREAMS = {
 
 
 @dataclass(frozen=True)
-class StreamPlanOptions(RecordedOptions):
+class StreamPlanOptions(TransitOptions):
     """The options of a trial of how items of a stream are met.
 
     Attributes:
@@ -39,7 +39,7 @@ def stream_plan_options(function: F) -> F:
     Returns:
         The command with the options, which are passed to it as ``planned_by``, a ``StreamPlanOptions``.
     """
-    return stream_rule_option(recorded_options(passed_as("planned_by", StreamPlanOptions)(function)))
+    return stream_rule_option(transit_options(passed_as("planned_by", StreamPlanOptions)(function)))
 
 
 def stream_rule_option(function: F) -> F:
@@ -83,5 +83,5 @@ def refuse_stream_plan() -> None:
 def _refuse(names: list[str]) -> None:
     stated = [OF_STREAMS[name] for name in names if is_stated(name)]
     if stated:
-        verb = "apply" if len(stated) > 1 else "applies"
-        raise click.UsageError(f"{' and '.join(stated)} {verb} to streams, and this is none; leave it out")
+        verb, them = ("apply", "them") if len(stated) > 1 else ("applies", "it")
+        raise click.UsageError(f"{', '.join(stated)} {verb} to streams, and this is none; leave {them} out")

@@ -40,17 +40,43 @@ class ReachedGrasp:
     q_grasp: Array
 
 
+@dataclass(frozen=True)
+class RemovedGrasp:
+    """A recorded grasp that a filter removed.
+
+    Attributes:
+        number: That of the grasp among all that were recorded, from 1.
+        source: Where the grasp is from, in words; empty if that is not stated.
+        by: The filter, ``CHASE`` or ``KINEMATIC``.
+        why: What it has against the grasp.
+    """
+
+    number: int
+    source: str
+    by: str
+    why: str
+
+    @property
+    def reason(self) -> Reason:
+        """Why there is no plan with the grasp."""
+        source = f" ({self.source})" if self.source else ""
+        return Reason(self.by, f"recorded grasp {self.number}{source}", self.why)
+
+    def __str__(self) -> str:
+        return str(self.reason)
+
+
 @dataclass(frozen=True, eq=False)
 class FilteredGrasps:
     """The recorded grasps of an item after both filters.
 
     Attributes:
         kept: Those that pass both, in their order.
-        removed: Of each other one the filter that removed it, and why, in their order.
+        removed: The others, in their order.
     """
 
     kept: tuple[RecordedGrasp, ...]
-    removed: tuple[Reason, ...]
+    removed: tuple[RemovedGrasp, ...]
 
 
 def filter_grasps(
@@ -64,7 +90,7 @@ def filter_grasps(
     """Filter the recorded grasps of an item: by its velocity if it moves, then by kinematics.
 
     Args:
-        recorded: Grasps of any items; in reasons they have the number that they have here, from 1.
+        recorded: Grasps of any items; removed ones have the number that they have here, from 1.
         item: Name and year of the item.
         T_world_item: (4, 4) its pose.
         velocity: (3,) m/s of it in the world; 0 where it rests, and nothing is to be chased.
@@ -75,18 +101,15 @@ def filter_grasps(
         The grasps of the item that pass, and why the others do not.
     """
     mine = [(k, grasp) for k, grasp in enumerate(recorded, 1) if (grasp.item, grasp.year) == item]
-    removed: dict[int, Reason] = {}
+    removed: dict[int, RemovedGrasp] = {}
     if np.any(velocity):
         for k, grasp in mine:
             if not chase_filter([grasp], T_world_item, velocity):
-                removed[k] = Reason(CHASE, _label(k, grasp), _why_chasing(grasp, T_world_item, velocity))
-    left = [(k, grasp) for k, grasp in mine if k not in removed]
-    reached = {
-        id(each.grasp) for each in kinematic_filter([grasp for _, grasp in left], T_world_item, arm, seed)
-    }
-    for k, grasp in left:
-        if id(grasp) not in reached:
-            removed[k] = Reason(KINEMATIC, _label(k, grasp), _why_unreached(grasp, T_world_item, arm, seed))
+                removed[k] = RemovedGrasp(k, grasp.source, CHASE, _why_chasing(grasp, T_world_item, velocity))
+    for k, grasp in mine:
+        if k not in removed and not kinematic_filter([grasp], T_world_item, arm, seed):
+            why = _why_unreached(grasp, T_world_item, arm, seed)
+            removed[k] = RemovedGrasp(k, grasp.source, KINEMATIC, why)
     kept = tuple(grasp for k, grasp in mine if k not in removed)
     return FilteredGrasps(kept, tuple(removed[k] for k in sorted(removed)))
 
@@ -148,21 +171,16 @@ def kinematic_filter(
         seed: Seed of inverse kinematics.
 
     Returns:
-        The grasps with the configurations, in their order; one grasp may be reached in several postures.
+        The grasps with the configurations, in their order; one grasp may be reached in several postures. What
+        is found of a grasp does not depend on the others.
     """
     states = {state.name: state for state in arm.robot.tool.states}
     return tuple(
         reached
-        for k, grasp in enumerate(grasps)
+        for grasp in grasps
         if grasp.tool_state in states
-        for reached in _postures(
-            grasp, T_world_item, arm, states[grasp.tool_state], derived_rng(seed, "recorded", k)
-        )
+        for reached in _postures(grasp, T_world_item, arm, states[grasp.tool_state], seed)
     )
-
-
-def _label(k: int, grasp: RecordedGrasp) -> str:
-    return f"recorded grasp {k}" + (f" ({grasp.source})" if grasp.source else "")
 
 
 def _why_chasing(grasp: RecordedGrasp, T_world_item: Array, velocity: Array) -> str:
@@ -175,16 +193,21 @@ def _why_unreached(grasp: RecordedGrasp, T_world_item: Array, arm: Arm, seed: in
     state = next((each for each in arm.robot.tool.states if each.name == grasp.tool_state), None)
     if state is None:
         return f"the tool has no state {grasp.tool_state}"
-    rng = derived_rng(seed, "recorded", "why")
-    if len(arm.solve_spread(T_world_item @ grasp.T_item_grasp, state, rng, N_SEEDS)) == 0:
+    if len(_at_grasp(grasp, T_world_item, arm, state, seed)) == 0:
         return "the arm does not reach its grasp"
     return "the arm does not reach its pregrasp in a posture in which it reaches its grasp"
 
 
+def _at_grasp(grasp: RecordedGrasp, T_world_item: Array, arm: Arm, state: ToolState, seed: int) -> Array:
+    """Return configurations at a grasp, from the same draws for every grasp and whenever it is asked."""
+    rng = derived_rng(seed, "recorded")
+    return arm.solve_spread(T_world_item @ grasp.T_item_grasp, state, rng, N_SEEDS)
+
+
 def _postures(
-    grasp: RecordedGrasp, T_world_item: Array, arm: Arm, state: ToolState, rng: np.random.Generator
+    grasp: RecordedGrasp, T_world_item: Array, arm: Arm, state: ToolState, seed: int
 ) -> Iterator[ReachedGrasp]:
-    for q in arm.solve_spread(T_world_item @ grasp.T_item_grasp, state, rng, N_SEEDS):
+    for q in _at_grasp(grasp, T_world_item, arm, state, seed):
         before = arm.solve_near(T_world_item @ grasp.T_item_pregrasp, state, q)
         if before is not None:
             yield ReachedGrasp(grasp, before, q)

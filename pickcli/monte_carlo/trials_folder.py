@@ -236,10 +236,16 @@ def _listed(path: Path) -> list[str]:
     """Return the sorted names of the trials that a ``trials.json`` lists. Raises InputError."""
     content = parse_json(read_text(path, MAX_SUMMARY), str(path))
     lines = content.get("trials") if isinstance(content, dict) else None
-    names = [line.get("trial") if isinstance(line, dict) else None for line in lines or ()]
-    if not names or not all(isinstance(name, str) and Path(name).name == name for name in names):
+    lines = lines if isinstance(lines, list) else []
+    names = [line.get("trial") if isinstance(line, dict) else None for line in lines]
+    if not names or not all(isinstance(name, str) and _is_beside(name) for name in names):
         raise InputError(f"{path}: lists no trials; play them again with --overwrite")
     return sorted(str(name) for name in names)
+
+
+def _is_beside(name: str) -> bool:
+    """Tell whether a name is that of a folder beside the file, and not of a place outside."""
+    return name not in ("", "..") and Path(name).name == name
 
 
 def order_summary(

@@ -161,7 +161,8 @@ class _Search:
                 if self.n_expanded > n_before:
                     yield path
                 is_best = path.cost_bound == 1.0
-            if self.ran_out or is_best or not (self.open or self.waiting):
+            has_settled = epsilon == 1.0 and self.n_expanded == n_before
+            if self.ran_out or is_best or has_settled or not (self.open or self.waiting):
                 return
             n_before = self.n_expanded
 
@@ -227,10 +228,14 @@ class _Search:
         # The first inconsistent state on a best path has its least cost already (consistent heuristic).
         ahead = (self.g[node] + self.graph.heuristic(node) for node in {*self.open, *self.waiting})
         bound = min(min(ahead, default=np.inf), self.g[goal])
-        nodes, costs = [goal], list[float]()
+        nodes, steps = [goal], list[float]()
         while nodes[-1] != self.graph.start:
             before, cost = self.parent[nodes[-1]]
             nodes.append(before)
-            costs.append(cost)
-        # Costs of states on the path may have become less since the goal's was computed.
-        return AraStarPath(tuple(reversed(nodes)), sum(reversed(costs)), epsilon, bound, self.n_expanded)
+            steps.append(cost)
+        # Costs of states on the path may have become less since the goal's was computed. The built-in sum
+        # makes up for rounding, and could be more than the goal's cost by the last digit.
+        total = 0.0
+        for step in reversed(steps):
+            total += step
+        return AraStarPath(tuple(reversed(nodes)), total, epsilon, bound, self.n_expanded)

@@ -26,6 +26,7 @@ class _Item(RecordPart):
     reason: Text
     attempts: Count
     met: _Meeting | None
+    cost_bound: Positive | None = None
 
 
 class _Queries(RecordPart):

@@ -77,8 +77,8 @@ class StreamTrialResult:
         n_limit_violations: Number of violated joint limits.
         n_stops: Number of protective stops, after each of which the arm was brought home by hand.
         t_end: s of the stream at which the last motion ended.
-        planning_ms: Wall-clock ms of each query with a plan.
-        refusing_ms: Wall-clock ms of each query without one.
+        planning_ms: Wall-clock ms of each query with a plan: filters of grasps, planning and verification.
+        refusing_ms: The same of each query without one.
     """
 
     speed: float
@@ -110,6 +110,11 @@ class StreamTrialResult:
     def n_attempted(self) -> int:
         """Number of items for which the arm moved."""
         return sum(each.attempts > 0 for each in self.items)
+
+    @property
+    def cost_bound(self) -> dict[str, float] | None:
+        """The proven bounds on the cost of transits by ARA*, as ``percentiles``; None without any."""
+        return percentiles([each.cost_bound for each in self.items if each.cost_bound is not None])
 
     def _attempted_by_arm(self) -> dict[str, int]:
         """Count the items that each arm attempted last, by its name; empty with a single arm."""

@@ -199,7 +199,7 @@ class _StreamTrial:
             is_acting = context is arms.context
             parking = None if is_acting else self._parking(believed)
             if isinstance(parking, NoPlanError):
-                item.reason = str(parking)
+                item.refuse(context.cell.arm, str(parking))
                 return False
             t = self.t + (0.0 if parking is None else parking.trajectory.duration + PARKED)
             start = arms.start if is_acting else arms.home(context)
@@ -340,10 +340,10 @@ class _StreamTrial:
         try:
             plan = plan_intercept(filtered.context, seen, query, start, seed, certifier(scene))
         except NoPlanError as error:
-            self.open[item_id].refuse(context.cell.arm, str(filtered.explained(error)))
             self.refusing_ms.append(1e3 * (time.perf_counter() - began))
+            self.open[item_id].refuse(context.cell.arm, str(filtered.explained(error)))
             return None
-        self.planning_ms.append(plan.statistics["planning_ms"])
+        self.planning_ms.append(1e3 * (time.perf_counter() - began))
         if plan.tracking is not None:
             moves = np.flatnonzero(np.abs(plan.trajectory.velocities).max(axis=1) > 0.0)
             waits = float(plan.trajectory.times[max(0, int(moves[0]) - 1)])

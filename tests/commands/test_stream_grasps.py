@@ -38,10 +38,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def words(folder: Path, grasps: str, *more: object) -> tuple[object, ...]:
+def words(folder: Path, grasps: str, *more: object, arm: str | None = "left") -> tuple[object, ...]:
     riding = arm_pick(k=ITEM).stream.items[ITEM]
-    asked = ("--item", riding.id, "--now", f"{riding.stamp + 0.3:.3f}", "--into", "bin_left", "--arm", "left")
-    return ("plan-pick", "--stream", folder / "stream.json", *asked, "--grasps", folder / grasps, *more)
+    asked = ("--item", riding.id, "--now", f"{riding.stamp + 0.3:.3f}", "--into", "bin_left")
+    moved = () if arm is None else ("--arm", arm)
+    return (
+        "plan-pick",
+        "--stream",
+        folder / "stream.json",
+        *asked,
+        *moved,
+        "--grasps",
+        folder / grasps,
+        *more,
+    )
 
 
 def test_each_filter_tells_which_grasps_it_removed_and_why(folder: Path, tmp_path: Path) -> None:
@@ -52,11 +62,10 @@ def test_each_filter_tells_which_grasps_it_removed_and_why(folder: Path, tmp_pat
     assert "recorded grasp 3 (far): kinematic filter: the arm does not reach its pregrasp" in planned.out
     assert "recorded grasp 2" not in planned.out and "transit by ARA*" in planned.out
     told = json.loads(apc(*words(folder, "all.json", *by_rule, "--json", "-o", tmp_path / "b.json")).out)
-    removed = [(each["grasp"], each["by"]) for each in told["removed_grasps"]]
-    assert removed == [
-        ("recorded grasp 1 (behind)", "chase filter"),
-        ("recorded grasp 3 (far)", "kinematic filter"),
-    ]
+    removed = [(each["grasp"], each["source"], each["by"]) for each in told["removed_grasps"]]
+    assert removed == [(1, "behind", "chase filter"), (3, "far", "kinematic filter")]
+    every = ("--stream-rule", "earliest", "--json", "-o", tmp_path / "d.json")
+    assert "removed_grasps" not in json.loads(apc(*words(folder, "all.json", *every)).out)
     earliest = apc(*words(folder, "all.json", "-o", tmp_path / "c.json"))
     assert earliest.code == 0 and "chase filter" not in earliest.out
 
@@ -66,3 +75,13 @@ def test_where_they_leave_no_grasp_there_is_no_plan(folder: Path, tmp_path: Path
     refused(none, 5, "no recorded grasp passes the filters; recorded grasp 1 (behind): chase filter")
     assert "recorded grasp 2 (far): kinematic filter" in none.err
     assert not (tmp_path / "plan.json").exists()
+
+
+def test_of_several_arms_each_tells_which_grasps_were_removed(folder: Path, tmp_path: Path) -> None:
+    by_rule, plan = ("--stream-rule", "pr2-2013"), tmp_path / "plan.json"
+    none = apc(*words(folder, "bad.json", *by_rule, "-o", plan, arm=None))
+    refused(none, 5)
+    for arm in ("left", "right"):
+        (line,) = (line for line in none.err.splitlines() if line.startswith(f"  arm {arm}: "))
+        assert "no recorded grasp passes the filters; recorded grasp 1 (behind): chase filter: it" in line
+        assert "recorded grasp 2 (far): kinematic filter: the arm does not reach its" in line

@@ -209,7 +209,7 @@ def test_each_grasp_that_is_removed_is_told_with_its_filter_and_why() -> None:
     recorded, item = (other, behind, above, from_below, far), (above.item, above.year)
     found = filter_grasps(recorded, item, on_the_belt(), BELT, context().arm)
     assert found.kept == (above,)
-    assert [str(reason).split(", ")[0] for reason in found.removed] == [
+    assert [str(each).split(", ")[0] for each in found.removed] == [
         "recorded grasp 2: chase filter: it runs after the item",
         "recorded grasp 4 (stated): kinematic filter: the arm does not reach its pregrasp in a posture in "
         "which it reaches its grasp",
@@ -218,6 +218,16 @@ def test_each_grasp_that_is_removed_is_told_with_its_filter_and_why() -> None:
     assert "0 degrees from its velocity, over 30 is asked for" in str(found.removed[0])
     resting = filter_grasps(recorded, item, on_the_belt(), np.zeros(3), context().arm)
     assert behind in resting.kept and len(resting.removed) == 2
+
+
+def test_what_the_kinematic_filter_finds_of_a_grasp_does_not_depend_on_the_others() -> None:
+    arm, above = context().arm, coming_from(np.eye(3)[2])
+    other = replace(above, T_item_grasp=pose((0.0, 0.0, 3.0), R=DOWN[:3, :3]))
+    alone = kinematic_filter([above], on_the_belt(), arm)
+    beside = kinematic_filter([other, above], on_the_belt(), arm)
+    assert len(alone) == len(beside) > 0
+    for a, b in zip(alone, beside, strict=True):
+        assert np.array_equal(a.q_grasp, b.q_grasp) and np.array_equal(a.q_pregrasp, b.q_pregrasp)
 
 
 def test_all_pregrasps_that_pass_are_one_goal_set_of_the_planner() -> None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from heapq import heappop, heappush
-from itertools import pairwise
+from itertools import pairwise, repeat
+from math import fsum
 
 import numpy as np
 import pytest
 
+import pickcli.path_planning.ara_star as ara_star_module
 from pickcli.errors import InputError
 from pickcli.path_planning.ara_star import AraStarSettings, SearchGraph, ara_star
 
@@ -183,6 +185,17 @@ def test_with_expansions_left_the_bound_is_1_whatever_the_rounding() -> None:
         n_solved += 1
         assert result.best.cost == pytest.approx(least, abs=1e-12) and result.best.cost_bound == 1.0
     assert n_solved > 30
+
+
+def test_a_sum_that_makes_up_for_rounding_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the built-in sum does since Python 3.12; by it a path could cost more than its own bound."""
+    before = [ara_star(graph).paths for graph in map(_Grid, range(60))]
+    monkeypatch.setattr(ara_star_module, "sum", fsum, raising=False)
+    monkeypatch.setattr(ara_star_module, "repeat", lambda epsilon: repeat(epsilon, 20))  # it is to end anyway
+    for graph, paths in zip(map(_Grid, range(60)), before, strict=True):
+        result = ara_star(graph)
+        assert result.paths == paths
+        assert result.best is None or result.best.cost_bound == 1.0
 
 
 def test_a_search_says_whether_its_expansions_ran_out() -> None:

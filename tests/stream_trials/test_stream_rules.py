@@ -125,7 +125,7 @@ def test_by_the_rules_of_2013_recorded_grasps_pass_both_filters() -> None:
     with_all = replace(context(), recorded=tuple(grasps))
     filtered = StreamRule.PR2_2013.filtered(with_all, stream(), query(), 0)
     assert filtered.context.recorded == (grasps[1],)
-    assert [reason.what for reason in filtered.removed] == ["chase filter", "kinematic filter"]
+    assert [each.by for each in filtered.removed] == ["chase filter", "kinematic filter"]
     ours = StreamRule.EARLIEST.filtered(with_all, stream(), query(), 0)
     assert ours.context is with_all and not ours.removed and not ours.told
     plan = plan_intercept(filtered.context, stream(), query(), home())
@@ -143,7 +143,7 @@ def test_on_a_belt_that_stands_nothing_is_chased() -> None:
     with_all = replace(context(), recorded=tuple(recorded()))
     standing = InterceptQuery(items.items[3].id, 0.0, "bin_left")
     filtered = StreamRule.PR2_2013.filtered(with_all, resting, standing, 0)
-    assert [str(reason).split(": ")[:2] for reason in filtered.removed] == [
+    assert [str(each).split(": ")[:2] for each in filtered.removed] == [
         ["recorded grasp 3 (far)", "kinematic filter"]
     ]
 
@@ -193,7 +193,7 @@ def test_a_trial_is_played_with_filtered_grasps_and_ara_star_and_tells_both(tmp_
         "--grasps",
     )
     played = apc(*words, tmp_path / "some.json", "-o", tmp_path / "some")
-    assert played.code == 0 and "1 transits by ARA*, proven to cost at most " in played.out, played.err
+    assert played.code == 0 and "transits by ARA*: proven to cost at most " in played.out, played.err
     record = json.loads((tmp_path / "some" / "trial.json").read_text())
     assert (record["rule"], record["expansions"], record["recorded_grasps"]) == ("pr2-2013", 200, 3)
     assert record["delivered"] == 1 and record["items"][0]["cost_bound"] >= 1.0
@@ -209,7 +209,14 @@ def test_a_trial_is_played_with_filtered_grasps_and_ara_star_and_tells_both(tmp_
 def test_options_of_streams_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     for words, told in (
         (("jsk_pick_sample", "--planner", "ara-star"), "--planner applies to streams"),
-        (("jsk_pick_sample", "--grasps", "g.json"), "--grasps applies to streams"),
+        (
+            ("jsk_pick_sample", "--grasps", "g.json"),
+            "--grasps applies to streams, and this is none; leave it",
+        ),
+        (
+            ("jsk_pick_sample", "--grasps", "g.json", "--planner", "ara-star", "--stream-rule", "earliest"),
+            "--stream-rule, --grasps, --planner apply to streams, and this is none; leave them out",
+        ),
         (("pr2_belt_moving", "--expansions", "20"), "--expansions limits ARA*; add --planner ara-star"),
         (("pr2_belt_moving", "--planner", "ara-star", "--expansions", "0"), "--expansions"),
         (

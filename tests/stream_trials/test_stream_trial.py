@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from pickcli.errors import NoPlanError, Reason
 from pickcli.motion.plan import Plan
 from pickcli.planning.belt_picks.belt_query import InterceptQuery
+from pickcli.planning.belt_picks.grasp_filtering import FilteredContext
 from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
@@ -23,8 +25,11 @@ from pickcli.simulation.reality import Reality
 from pickcli.simulation.scene_bodies import true_masses
 from pickcli.simulation.world import World
 from pickcli.stream_trials.belt_camera import BeltCamera
+from pickcli.stream_trials.stream_arms import StreamArms
 from pickcli.stream_trials.stream_result import ItemOutcome, StreamTrialResult
+from pickcli.stream_trials.stream_rules import StreamRule
 from pickcli.stream_trials.stream_trial import MOST_ATTEMPTS, StreamTrialRequest, play_stream
+from support import pr2_picks
 from support.belt_picks import cell, context
 
 
@@ -169,3 +174,45 @@ def test_what_is_not_on_a_belt_that_stands_is_decided(camera: BeltCamera | None)
     before = replace(items, items=(replace(riding, T_belt_item=T),))
     (told,) = play_stream(StreamTrialRequest(before, camera=camera), [context()]).result.items
     assert (told.outcome, told.reason) == (ItemOutcome.NOT_ATTEMPTED, "it is not on the belt, which stands")
+
+
+def test_the_time_of_a_query_is_all_that_it_took_with_a_plan_or_without(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The filters take a while; the plan itself says that it took none."""
+    unfiltered, n_asked = StreamRule.filtered, 0
+
+    def filtered(rule: StreamRule, *rest: Any) -> FilteredContext:
+        time.sleep(0.02)
+        return unfiltered(rule, *rest)
+
+    def refuse_first(*rest: Any) -> Plan:
+        nonlocal n_asked
+        n_asked += 1
+        if n_asked == 1:
+            raise NoPlanError("pick", [Reason("no", "", "")])
+        return plan_intercept(*rest).with_statistics(planning_ms=0.0)
+
+    monkeypatch.setattr(StreamRule, "filtered", filtered)
+    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", refuse_first)
+    result = play_stream(StreamTrialRequest(of(1, 0.1, (2.0, 2.2))), [context()]).result
+    assert result.n_attempted == 1 and result.planning_ms[0] >= 20.0 and result.refusing_ms[0] >= 20.0
+
+
+def test_an_arm_that_cannot_be_parked_is_a_reason_beside_those_of_its_own_queries(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(*rest: Any) -> Plan:
+        raise NoPlanError("pick", [Reason("too high")])
+
+    def stuck(*rest: Any) -> Plan:
+        raise NoPlanError("park arm left", [Reason("no way")])
+
+    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", refuse)
+    monkeypatch.setattr(StreamArms, "parking", stuck)
+    items = pr2_picks.stream()
+    request = StreamTrialRequest(replace(items, items=items.items[:1]))
+    (told,) = play_stream(request, [pr2_picks.context("left"), pr2_picks.context("right")]).result.items
+    assert told.outcome is ItemOutcome.NOT_ATTEMPTED
+    both = "arm left: no plan for pick: too high; arm right: no plan for park arm left: no way"
+    assert told.reason == both

@@ -11,7 +11,7 @@ from typing import Any, cast
 import pytest
 
 from pickcli.cell.data_path import data_path
-from pickcli.commands.played_stream import paper_lines
+from pickcli.commands.played_stream import bound_lines, paper_lines
 from pickcli.commands.trials_output import cause_lines, rate_line
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, RunOptions
@@ -30,7 +30,7 @@ from pickcli.stream_trials.published_experiments import beside_paper
 from pickcli.stream_trials.stream_comparison import STREAMS
 from pickcli.stream_trials.stream_job import StreamJob
 from pickcli.stream_trials.stream_record import RECORDS
-from pickcli.stream_trials.stream_result import ItemOutcome
+from pickcli.stream_trials.stream_result import ItemOutcome, StreamItemResult, StreamTrialResult
 from pickcli.stream_trials.stream_statistics import StreamStatistics
 from pickcli.stream_trials.stream_trials import TRIALS, stream_summary
 from support.command_line import apc, misused, refused
@@ -137,7 +137,8 @@ def test_a_summary_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
     played(ScriptedStreams(("a",)), tmp_path / "run")
     summary = tmp_path / "run" / SUMMARY
     content = json.loads(summary.read_text())
-    for trials in ([], "x", [1], [{"trial": "../a-0"}], [{"trial": 3}], None):
+    outside = [[{"trial": name}] for name in ("../a-0", "..", "", ".")]
+    for trials in ([], "x", 5, {"trial": 3}, [1], [{"trial": 3}], None, *outside):
         summary.write_text(json.dumps({**content, "trials": trials}))
         with pytest.raises(InputError, match=r"trials\.json: lists no trials"):
             TRIALS.read(tmp_path / "run")
@@ -145,6 +146,28 @@ def test_a_summary_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
     (tmp_path / "run" / "a-1" / "trial.json").unlink()
     with pytest.raises(InputError, match=r"lists the trial a-1, which has no trial\.json there"):
         TRIALS.read(tmp_path / "run")
+
+
+@pytest.mark.parametrize("bound", ["1.0", -1.0, [1.0]])
+def test_a_bound_on_the_cost_that_is_none_is_told_with_its_field(bound: object, tmp_path: Path) -> None:
+    record = scripted_record("a", 0, 0.3)
+    record["items"][1]["cost_bound"] = bound
+    (tmp_path / "trial.json").write_text(json.dumps(record))
+    with pytest.raises(InputError, match=r"(?s)no sound record of a trial.*items\[1\]\.cost_bound"):
+        RECORDS.read(tmp_path / "trial.json")
+
+
+def test_the_median_of_bounds_is_that_of_many_trials_and_of_one() -> None:
+    items = [
+        StreamItemResult(f"cup#{k}", ItemOutcome.DELIVERED, 1, "", cost_bound=bound)
+        for k, bound in enumerate((1.2, None, 1.0))
+    ]
+    one = StreamTrialResult(0.33, tuple(items), 0, 0, 0, 9.0, (), ())
+    many = StreamStatistics({"a-0": {**scripted_record("a", 0, 0.3), **one.record()}})
+    assert one.cost_bound == many.cost_bound is not None
+    (line,) = bound_lines(one.cost_bound)
+    assert "at most 1.100 times the least on the lattice in the median, 1.200 at worst" in line
+    assert bound_lines(replace(one, items=tuple(items[1:2])).cost_bound) == []
 
 
 def test_folders_without_trials_are_told_for_what_they_are(tmp_path: Path) -> None:

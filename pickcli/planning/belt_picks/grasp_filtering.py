@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from pickcli.errors import NoPlanError, Reason
-from pickcli.grasping.recorded_filters import filter_grasps
+from pickcli.errors import NoPlanError
+from pickcli.grasping.recorded_filters import RemovedGrasp, filter_grasps
 from pickcli.planning.belt_picks.belt_query import InterceptQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.recorded_candidates import NO_RECORDED
@@ -23,11 +23,11 @@ class FilteredContext:
 
     Attributes:
         context: The context, whose recorded grasps are those that passed.
-        removed: Of each other recorded grasp of the item the filter that removed it, and why.
+        removed: The other recorded grasps of the item, each with the filter that removed it, and why.
     """
 
     context: PlanningContext
-    removed: tuple[Reason, ...] = ()
+    removed: tuple[RemovedGrasp, ...] = ()
 
     @property
     def told(self) -> tuple[str, ...]:
@@ -49,7 +49,9 @@ class FilteredContext:
             return error
         others = [reason for reason in error.failures if reason.what != NO_RECORDED]
         text = "; ".join((error.text if others else "no recorded grasp passes the filters", *self.told))
-        return NoPlanError(error.query, (*others, *self.removed), text, error.blockers)
+        return NoPlanError(
+            error.query, (*others, *(each.reason for each in self.removed)), text, error.blockers
+        )
 
 
 def filter_recorded(
@@ -75,8 +77,8 @@ def filter_recorded(
         return FilteredContext(context)
     T_belt_item, velocity = riding.T_belt_item.copy(), stream.speed * stream.carrier.T_world_carrier[:3, 0]
     if stream.speed > 0.0:
-        at = query.meet_at
-        T_belt_item[0, 3] = stream.travel_at(riding, query.now) if at is None else at
+        assert query.meet_at is not None  # by the rule whose filters these are
+        T_belt_item[0, 3] = query.meet_at
     T_world_item = stream.carrier.T_world_carrier @ T_belt_item
     item = riding.item.name, riding.item.year
     found = filter_grasps(context.recorded, item, T_world_item, velocity, context.arm, seed)

@@ -1,4 +1,4 @@
-"""The options --grasps, --planner and --expansions: recorded grasps, and what plans the transit to grasps."""
+"""The options of a transit to grasps, --grasps, --planner and --expansions: to which, and what plans it."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ USUAL, ARA_STAR = "usual", ("ara-star", "ARA*")  # the latter as apc compare-pla
 
 
 @dataclass(frozen=True)
-class RecordedOptions:
-    """Where grasps come from, and what plans the transit to them.
+class TransitOptions:
+    """A transit to grasps: where these come from, and what plans it.
 
     Attributes:
         grasps_path: File of recorded grasps; None if grasps come from elsewhere.
@@ -69,14 +69,14 @@ class RecordedOptions:
             raise click.UsageError("--grasps and --approach both say where grasps come from; name one")
 
 
-def recorded_options(function: F) -> F:
+def transit_options(function: F) -> F:
     """Give a command the options --grasps, --planner and --expansions.
 
     Args:
         function: The command.
 
     Returns:
-        The command with the options, whose parameters are the fields of ``RecordedOptions``.
+        The command with the options, whose parameters are the fields of ``TransitOptions``.
     """
     function = click.option(
         "--expansions", type=NumberType(1, 1_000_000), default=300, show_default=True,
