@@ -1,9 +1,9 @@
 """Whether an item is answered where another one of like shape, which nobody listed, stands in its place.
 
-    python -m bench.impostors --seeds 2 --seed 5200 [--sensor ensenso]
+    python -m bench.impostors --seeds 2 --seed 5200 [--sensor ensenso] [--looks 3]
 
 Each plain item of 2016 is listed alone in a bin. Once it is there; then each of the three items of 2016 whose
-extents are most like its own is there instead, once for each seed. Looks are single ones, without prints.
+extents are most like its own is there instead, once for each seed. Prints are not looked for.
 Printed is how many are answered, how many of these with a bound, and how many are refused for their colours.
 """
 
@@ -41,12 +41,15 @@ def most_alike(item: Item, items: Sequence[Item]) -> list[Item]:
 
 
 def answers(
-    cell: Cell, sensor: SensorModel, listed: Item, there: Item, seeds: Sequence[int]
+    cell: Cell, cameras: tuple[SensorModel, int], listed: Item, there: Item, seeds: Sequence[int]
 ) -> Iterator[str]:
-    """What is said of a listed item where it, or another one, is there: once for each seed."""
+    """What is said of a listed item where it, or another one, is there: once for each seed.
+
+    cameras: the sensor, and from how many places it looks
+    """
     for seed in seeds:
         scene = make_scene({BIN: [there.name]}, cell, seed)
-        seen = next(iter(seen_bins(scene, sensor)))
+        seen = next(iter(seen_bins(scene, *cameras)))
         try:
             (answer,) = seen.perceived([ListedItem.of(listed.name, listed, False)]).items
         except InputError:
@@ -67,16 +70,17 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=2, help="how many scenes of each pair")
     parser.add_argument("--seed", type=int, default=5200, help="the first")
     parser.add_argument("--sensor", default="ensenso", help="a file under data/sensors")
+    parser.add_argument("--looks", type=int, default=1, help="into the bin, from so many places")
     given = parser.parse_args()
-    cell, sensor = load_cell("apc2016_delft"), read_sensor(sensor_file(given.sensor))
+    cell, cameras = load_cell("apc2016_delft"), (read_sensor(sensor_file(given.sensor)), given.looks)
     items = [item for (_, year), item in sorted(cell.items.items()) if year == YEAR]
     items = [each for each in items if _has_model(each)]
     seeds = range(given.seed, given.seed + given.seeds)
     right, wrong = Counter[str](), Counter[str]()
     for item in (each for each in items if not each.is_printed):
-        right.update(answers(cell, sensor, item, item, seeds))
+        right.update(answers(cell, cameras, item, item, seeds))
         for other in most_alike(item, items):
-            told = Counter(answers(cell, sensor, item, other, seeds))
+            told = Counter(answers(cell, cameras, item, other, seeds))
             wrong.update(told)
             if answered := sum(n for what, n in told.items() if what.startswith("answered")):
                 print(f"{item.name}: answered {answered} times for {other.name}")

@@ -22,7 +22,7 @@ from pickcli.files.json_reader import refuse_bad_syntax
 from pickcli.files.source import Key, Problem, Source, name_of
 from pickcli.name_suggestion import shortened
 
-MAX_BYTES = 1_000_000
+MAX_BYTES = 4_000_000  # a scene as cameras believe it has up to 1.5 MB of unknown space
 MAX_DEPTH = 32
 BYTE_ORDER_MARK = "\ufeff"
 

@@ -20,6 +20,8 @@ from pickcli.perception.procedural_texture import face_textures
 N_CHROMATICITY, N_BRIGHTNESS = 14, 4
 N_LABELS = N_CHROMATICITY**2 * N_BRIGHTNESS
 _GAINS = np.sqrt(np.linspace(0.2, 1.1, 8))  # amounts of light; bytes go with their roots
+_ANY_LIGHT = np.sqrt(np.linspace(0.12, 1.6, 12))  # the same, from deep shade to a lamp that faces it
+_HIGHLIGHTS = (0.0, 0.25, 0.5, 0.75)  # shares of white in what lamps show of a shiny surface
 _TEXEL = 4  # px of a texture's side that a pixel of a camera sees together
 _SMOOTHING = (0.8, 0.8, 0.5)  # cells
 _OTHER = 0.03  # share of pixels of any colour: highlights, stickers
@@ -80,16 +82,25 @@ def label_shares(colours: Array) -> Array:
     return np.asarray((1.0 - _OTHER) * shares / shares.sum() + _OTHER / N_LABELS)
 
 
-def own_labels(shares: Array) -> NDArray[np.bool_]:
-    """Tell the labels that a surface has itself from those that any surface has a little of.
+def own_labels(colours: Array, has_highlights: bool) -> NDArray[np.bool_]:
+    """Tell the labels that a surface shows itself, in any light.
+
+    Chromaticities are blurred as shares are. Brightness is not: between the darkest label and the next one lies
+    what tells white in the shade from black.
 
     Args:
-        shares: (``N_LABELS``,) of the surface.
+        colours: (N, 3) colours of equal areas under full light.
+        has_highlights: Whether lamps show in it, which are white.
 
     Returns:
         (``N_LABELS``,) whether each is its own.
     """
-    return np.asarray(shares > _OFTEN * _OTHER / N_LABELS)
+    lit = np.clip(colours[None] * _ANY_LIGHT[:, None, None], 0.0, 255.0)
+    mixed = [lit + share * (255.0 - lit) for share in (_HIGHLIGHTS if has_highlights else (0.0,))]
+    counts = np.bincount(colour_labels(np.concatenate(mixed)).ravel(), minlength=N_LABELS).astype(np.float64)
+    shaped = counts.reshape(N_CHROMATICITY, N_CHROMATICITY, N_BRIGHTNESS)
+    shares = gaussian_filter(shaped, (*_SMOOTHING[:2], 0.0), mode="nearest").ravel()
+    return np.asarray(shares / shares.sum() > _OFTEN * _OTHER / N_LABELS)
 
 
 def colour_costs(shares: Sequence[Array]) -> list[Array]:

@@ -18,7 +18,7 @@ from scipy.ndimage import binary_opening, label, maximum_filter, minimum_filter,
 from pickcli.cell.place import Place
 from pickcli.cell.sensors.sensor_model import DepthModel
 from pickcli.geometry import Array, inverse, transform_points
-from pickcli.perception.items.colour_model import colour_labels, own_labels
+from pickcli.perception.items.colour_model import colour_labels
 from pickcli.perception.items.item_observation import FoundBy, Support, UnexplainedPart
 from pickcli.perception.items.line_of_sight import LineOfSight, unexplained_depth
 from pickcli.perception.items.place_pictures import (
@@ -172,7 +172,7 @@ class ItemSearch:
         shares = []
         for k, i in enumerate(placed):
             seen = labels[is_near & (owner == k)]
-            own = own_labels(self._models[i].label_shares)
+            own = self._models[i].own_labels
             shares.append(float(own[seen].mean()) if len(seen) >= _LEAST_COLOURED else 1.0)
         return shares
 

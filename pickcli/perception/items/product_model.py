@@ -6,13 +6,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
+from pickcli.cell.sensors.material import Material
 from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.kernel import SolidKind
-from pickcli.perception.items.colour_model import item_colours, label_shares
+from pickcli.perception.items.colour_model import item_colours, label_shares, own_labels
 
 MODEL_TEXTURES = 0  # seed of the prints that models are made from
 SOLID_KINDS = {
@@ -31,12 +33,14 @@ class ProductModel:
         kind: Kind of its shape in the kernel.
         half_extents: (3,) m; of a cylinder (r, r, half length), of a sphere (r, r, r).
         label_shares: How often each label of colour is seen on it.
+        own_labels: Which of them it shows itself.
     """
 
     item: Item
     kind: SolidKind
     half_extents: Array
     label_shares: Array
+    own_labels: NDArray[np.bool_]
 
 
 @lru_cache(maxsize=256)
@@ -59,5 +63,6 @@ def product_model(item: Item, texture_seed: int = MODEL_TEXTURES) -> ProductMode
             f"{item.name}: has no model: its shape is a {item.shape.kind}, models are boxes, cylinders and "
             "spheres"
         )
-    shares = label_shares(item_colours(item, texture_seed))
-    return ProductModel(item, kind, np.asarray(item.shape.extents / 2), shares)
+    colours = item_colours(item, texture_seed)
+    own = own_labels(colours, item.material in (Material.SHINY, Material.CLEAR))
+    return ProductModel(item, kind, np.asarray(item.shape.extents / 2), label_shares(colours), own)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.perception.items.colour_model import (
@@ -44,9 +45,29 @@ def test_colours_speak_for_their_own_item_in_other_prints_and_less_light(cell: C
         assert int(np.argmin(means)) == i, (item.name, means)
 
 
-def test_own_labels_are_those_of_a_surface_in_any_light_and_of_no_other_colour() -> None:
-    red, blue = np.array([[200.0, 30.0, 30.0]]), np.array([[30.0, 30.0, 200.0]])
-    own = own_labels(label_shares(red))
-    for light in (0.5, 0.7, 1.0):
-        assert own[colour_labels(light * red)].all()
-        assert not own[colour_labels(light * blue)].any()
+def seen(colour: tuple[float, ...], light: float) -> np.ndarray:
+    """The label of a colour under an amount of light."""
+    return colour_labels(np.sqrt(light) * np.array([colour]))
+
+
+@pytest.mark.parametrize(
+    ("own", "other"),
+    [
+        ((200.0, 30.0, 30.0), (30.0, 30.0, 200.0)),
+        ((240.0, 240.0, 240.0), (30.0, 30.0, 30.0)),
+        ((30.0, 30.0, 30.0), (240.0, 240.0, 240.0)),
+    ],
+)
+def test_own_labels_are_those_of_a_surface_in_any_light_and_not_of_another(
+    own: tuple[float, ...], other: tuple[float, ...]
+) -> None:
+    labels = own_labels(np.array([own]), has_highlights=False)
+    for light in (0.2, 0.5, 1.0):
+        assert labels[seen(own, light)].all()
+        assert not labels[seen(other, light)].any()
+
+
+def test_highlights_are_own_labels_of_what_is_shiny() -> None:
+    red, lit = np.array([[200.0, 40.0, 40.0]]), np.array([[228.0, 148.0, 148.0]])
+    assert own_labels(red, has_highlights=True)[colour_labels(lit)].all()
+    assert not own_labels(red, has_highlights=False)[colour_labels(lit)].any()

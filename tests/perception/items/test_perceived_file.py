@@ -91,7 +91,7 @@ _NINE = [9.0, 9.0, 9.0]
         ({(*_ITEM, "confidence"): 0.7, (*_ITEM, "bound"): None}, r"items\[0\].confidence: 0.7 is below 0.8"),
         (
             {(*_ITEM, "support", "own_colour"): 0.4, (*_ITEM, "bound"): None, (*_ITEM, "found_by"): "shape"},
-            r"items\[0\].support.own_colour: 0.4 is below 0.5",
+            r"items\[0\].support.own_colour: 0.4 is below 0.7",
         ),
         (
             {(*_ITEM, "support"): None, (*_ITEM, "bound"): None, (*_ITEM, "found_by"): "shape"},
@@ -232,7 +232,7 @@ def test_by_what_items_were_found_is_kept_and_older_files_do_not_say(
     assert {each.found_by for each in read_perceived(path, cell).places[0].items} == {FoundBy.SHAPE}
 
 
-@pytest.mark.parametrize(("found_by", "own"), [("shape", 0.5), ("print", 0.1), ("shape", None)])
+@pytest.mark.parametrize(("found_by", "own"), [("shape", 0.7), ("print", 0.1), ("shape", None)])
 def test_colours_count_for_what_was_found_by_shape_alone(
     perceived: Perceived, cell: Cell, tmp_path: Path, found_by: str, own: float | None
 ) -> None:
