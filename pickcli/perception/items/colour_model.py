@@ -85,8 +85,8 @@ def label_shares(colours: Array) -> Array:
 def own_labels(colours: Array, has_highlights: bool) -> NDArray[np.bool_]:
     """Tell the labels that a surface shows itself, in any light.
 
-    Chromaticities are blurred as shares are. Brightness is not: between the darkest label and the next one lies
-    what tells white in the shade from black.
+    Chromaticities are blurred as shares are. Brightness is not: between the darkest label and the next one
+    lies what tells white in the shade from black.
 
     Args:
         colours: (N, 3) colours of equal areas under full light.

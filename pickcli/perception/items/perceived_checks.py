@@ -93,15 +93,29 @@ def check_answer(source: Source, key: Key, model: PerceivedItemModel, item: Item
         for part in ("bound", "support"):
             if getattr(model, part) is not None:
                 source.add((*key, part), "is that of a pose, and there is none; set it to null")
+        if model.confidence > 0.0:
+            source.add((*key, "confidence"), "is that of a pose, and there is none; set it to 0")
     elif not model.refusal and model.confidence < LEAST_CONFIDENCE:
         fault = f"{model.confidence:g} is below {LEAST_CONFIDENCE:g}, from which on a pose is an answer"
         source.add((*key, "confidence"), f"{fault}; state in refusal why it is none")
+    if model.support is not None:
+        _check_counts(source, (*key, "support"), model.support)
     if model.pose is not None and not model.refusal and FoundBy(model.found_by) is FoundBy.SHAPE:
         _check_support(source, (*key, "support"), model.support)
     if model.pose is not None and model.bound is not None:
         _check_bound(source, key, model)
     if model.route is not None:
         _check_route(source, key, model, item)
+
+
+def _check_counts(source: Source, key: Key, support: SupportModel) -> None:
+    """Check that no more pixels are shown than expected, and no more told of than are shown."""
+    if support.shown > support.expected:
+        source.add((*key, "shown"), f"is over expected, {support.expected}, of which it is a part")
+    told = support.supported + support.through + support.before
+    if told > support.shown:
+        parts = f"with through and before {told}"
+        source.add((*key, "supported"), f"is {parts}, over shown, {support.shown}, of which they are parts")
 
 
 def _check_support(source: Source, key: Key, support: SupportModel | None) -> None:

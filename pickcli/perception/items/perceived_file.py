@@ -168,6 +168,10 @@ def read_perceived(
     places = []
     for i, each in enumerate(model.places):
         T = _pose(source, ("places", i, "pose"), each.pose)
+        error = Displacement(each.error.x, each.error.y, each.error.yaw)
+        if each.place in cell.pod.bins:
+            T_pod = T @ inverse(cell.places[each.place].T_carrier_place)
+            _check_pod(source, ("places", i, "pose"), T_pod, error, cell, f"with it the pod of {each.place} ")
         items = tuple(
             _item(source, ("places", i, "items", k), item, cell) for k, item in enumerate(each.items)
         )
@@ -179,7 +183,6 @@ def read_perceived(
         unknown, unrecognised = (
             np.array(boxes).reshape(-1, 2, 3) for boxes in (each.unknown, each.unrecognised)
         )
-        error = Displacement(each.error.x, each.error.y, each.error.yaw)
         places.append(PlaceObservation(each.place, T, items, left, each.seen, unknown, error, unrecognised))
     T_world_camera = _pose(source, ("camera_pose",), model.camera_pose)
     pod = None if model.pod is None else _pod(source, model.pod, cell)
@@ -219,16 +222,25 @@ def _camera(source: Source, model: PerceivedModel, cell: Cell) -> MountedCamera 
 
 def _pod(source: Source, model: LocatedPodModel, cell: Cell) -> PodEstimate:
     T = _pose(source, ("pod", "pose"), model.pose)
-    error, free = Displacement(model.error.x, model.error.y, model.error.yaw), cell.pod.displacement
-    most = Displacement(free.x + error.x, free.y + error.y, free.yaw + error.yaw)
+    error = Displacement(model.error.x, model.error.y, model.error.yaw)
     if not cell.pod.bins:
         source.add(("pod",), f"cell {cell.name} has no pod; leave it out")
-    elif np.abs((inverse(cell.T_world_pod) @ T)[2] - [0.0, 0.0, 1.0, 0.0]).max() > _UPRIGHT:
-        source.add(("pod", "pose"), "leans, or is not on the floor; a pod is displaced by x, y and yaw only")
-    elif not most.allows(inverse(cell.T_world_pod) @ T):
-        source.add(("pod", "pose"), "is beyond the pod's tolerance in the cell; locate it again")
+    else:
+        _check_pod(source, ("pod", "pose"), T, error, cell)
     start = None if model.start is None else PodStart(model.start)
     return PodEstimate(T, error, model.front_error, model.explained, model.pixels, start)
+
+
+def _check_pod(
+    source: Source, key: Key, T_world_pod: Array, error: Displacement, cell: Cell, what: str = ""
+) -> None:
+    """Check that a pod, as a pose (4, 4) has it, stands on the floor and within its tolerance and error."""
+    free, off = cell.pod.displacement, inverse(cell.T_world_pod) @ T_world_pod
+    most = Displacement(free.x + error.x, free.y + error.y, free.yaw + error.yaw)
+    if np.abs(off[2] - [0.0, 0.0, 1.0, 0.0]).max() > _UPRIGHT:
+        source.add(key, f"{what}leans, or is not on the floor; a pod is displaced by x, y and yaw only")
+    elif not most.allows(off):
+        source.add(key, f"{what}is beyond the pod's tolerance in the cell; locate it again")
 
 
 def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> ItemObservation:

@@ -77,6 +77,7 @@ def test_mistakes_are_told(
 
 
 _ITEM: Where = ("places", 0, "items", 0)  # a printed one, whose print was left out
+_NO_POSE: dict[Where, object] = {(*_ITEM, "pose"): None, (*_ITEM, "confidence"): 0.0}
 _PLAIN = {"name": "platinum_pets_dog_bowl", "year": 2016}
 _BY_PRINT = {"views": "all-views", "why": "", "twins": []}
 _NINE = [9.0, 9.0, 9.0]
@@ -97,13 +98,28 @@ _NINE = [9.0, 9.0, 9.0]
             {(*_ITEM, "support"): None, (*_ITEM, "bound"): None, (*_ITEM, "found_by"): "shape"},
             r"items\[0\].support: is null, and the item was found by shape",
         ),
+        ({(*_ITEM, "support", "shown"): 10**6}, r"items\[0\].support.shown: is over expected"),
+        ({(*_ITEM, "support", "through"): 10**6}, r"supported: is with through and before \d+, over shown"),
+        (
+            {("places", 0, "pose", "position"): [0.0, 0.5, 1.2]},
+            r"pose: with it the pod of bin_.* (leans|is beyond)",
+        ),
+        (
+            {
+                (*_ITEM, "pose"): None,
+                (*_ITEM, "refusal"): "no",
+                (*_ITEM, "bound"): None,
+                (*_ITEM, "support"): None,
+            },
+            r"items\[0\].confidence: is that of a pose, and there is none",
+        ),
         ({(*_ITEM, "bound", "angle"): 0.2}, r"items\[0\].bound: is wider than 0.015 m or 0.1396 rad"),
         (
-            {(*_ITEM, "pose"): None, (*_ITEM, "bound"): None, (*_ITEM, "support"): None},
+            {**_NO_POSE, (*_ITEM, "bound"): None, (*_ITEM, "support"): None},
             r"items\[0\].pose: is null without a refusal",
         ),
         (
-            {(*_ITEM, "pose"): None, (*_ITEM, "refusal"): "no", (*_ITEM, "bound"): None},
+            {**_NO_POSE, (*_ITEM, "refusal"): "no", (*_ITEM, "bound"): None},
             r"items\[0\].support: is that of a pose, and there is none",
         ),
         (
@@ -135,7 +151,7 @@ _NINE = [9.0, 9.0, 9.0]
         ({("also_from",): [{"position": _NINE, "quaternion": [0, 0, 0, 1]}]}, r"also_from\[0\].position: is"),
         (
             {("places", 0, "pose", "position"): _NINE},
-            r"places\[0\].pose.position: bin_E is 14.9 m from the camera",
+            r"places\[0\].pose: with it the pod of bin_E leans, or is not on the floor",
         ),
         ({(*_ITEM, "pose", "position"): _NINE}, r"items\[0\].pose.position: kleenex_tissue_box is 15"),
         (
