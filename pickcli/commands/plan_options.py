@@ -211,8 +211,9 @@ class RecordedPickOptions(PickOptions, TransitOptions):
     upright: float | None
 
     def _context(self, cell: Cell) -> PlanningContext:
+        recorded = self.recorded(cell)
         upright = None if self.upright is None else math.radians(self.upright)
-        return self.planned_by(super()._context(cell).keeping_upright(upright))
+        return self.planned_by(super()._context(cell).keeping_upright(upright), recorded)
 
     def refuse_contradictions(self) -> None:
         """Refuse options that exclude each other, and a plan in place of the file of grasps.

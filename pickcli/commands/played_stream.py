@@ -164,7 +164,8 @@ def stream_task(
         cells = options.cells(load_workcell(str(stream.cell.path), options.items_path))
         for cell in cells:
             destination_of(cell)  # refused before any work if the cell has none
-        contexts = tuple(map(planned_by.planned_by, options.planning_contexts(cells)))
+        recorded = list(map(planned_by.recorded, cells))
+        contexts = tuple(map(planned_by.planned_by, options.planning_contexts(cells), recorded))
     return StreamTask(request, path.name, content, hashlib.sha256(content).hexdigest(), contexts)
 
 

@@ -13,6 +13,8 @@ from pickcli.commands.option_types import PATH, NumberType
 from pickcli.commands.trial_options import is_stated
 
 if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
+    from pickcli.grasping.recorded_grasp import RecordedGrasp
     from pickcli.planning.planning_context import PlanningContext
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -33,22 +35,37 @@ class TransitOptions:
     planner: str
     expansions: int
 
-    def planned_by(self, context: PlanningContext) -> PlanningContext:
+    def recorded(self, cell: Cell) -> tuple[RecordedGrasp, ...] | None:
+        """Read the recorded grasps, before anything else is loaded or noted.
+
+        Args:
+            cell: The cell as the arm sees it.
+
+        Returns:
+            The grasps; None if no file is named.
+
+        Raises:
+            InputError: The file cannot be read.
+        """
+        from pickcli.grasping.recorded_grasp_file import read_recorded_grasps
+
+        return None if self.grasps_path is None else read_recorded_grasps(self.grasps_path, cell)
+
+    def planned_by(
+        self, context: PlanningContext, recorded: tuple[RecordedGrasp, ...] | None
+    ) -> PlanningContext:
         """Return a context with these options.
 
         Args:
             context: The context.
+            recorded: What ``recorded`` read for its cell.
 
         Returns:
-            The context, with recorded grasps if a file is named.
+            The context, with the recorded grasps if there are any.
 
         Raises:
-            InputError: The file cannot be read, or there is no lattice for the arm.
+            InputError: There is no lattice for the arm.
         """
-        from pickcli.grasping.recorded_grasp_file import read_recorded_grasps
-
-        path = self.grasps_path
-        recorded = None if path is None else read_recorded_grasps(path, context.cell)
         context = context.with_lattice_transits(self.expansions if self.planner in ARA_STAR else None)
         return context if recorded is None else replace(context, recorded=recorded)
 
