@@ -43,7 +43,7 @@ def control_polygon(rows: Rows, piece: int) -> np.ndarray:
     """(5, n) sizes of the Bernstein coefficients of a piece's velocity, a quartic within their hull."""
     u, k = np.linspace(0.0, 1.0, 5)[:, None], np.arange(5)
     bernstein = np.array([1, 4, 6, 4, 1]) * u**k * (1.0 - u) ** (4 - k)
-    return np.abs(np.linalg.solve(bernstein, derivatives(rows, piece, u[:, 0])[0]))
+    return np.asarray(np.abs(np.linalg.solve(bernstein, derivatives(rows, piece, u[:, 0])[0])))
 
 
 @settings(max_examples=60, deadline=None)
