@@ -75,10 +75,7 @@ def label_shares(colours: Array) -> Array:
     Returns:
         (``N_LABELS``,) shares, their sum is 1.
     """
-    labels = colour_labels(np.clip(colours[None] * _GAINS[:, None, None], 0.0, 255.0))
-    counts = np.bincount(labels.ravel(), minlength=N_LABELS).astype(np.float64)
-    shaped = counts.reshape(N_CHROMATICITY, N_CHROMATICITY, N_BRIGHTNESS)
-    shares = gaussian_filter(shaped, _SMOOTHING, mode="nearest").ravel()
+    shares = _smoothed_shares(np.clip(colours[None] * _GAINS[:, None, None], 0.0, 255.0), _SMOOTHING)
     return np.asarray((1.0 - _OTHER) * shares / shares.sum() + _OTHER / N_LABELS)
 
 
@@ -97,10 +94,15 @@ def own_labels(colours: Array, has_highlights: bool) -> NDArray[np.bool_]:
     """
     lit = np.clip(colours[None] * _ANY_LIGHT[:, None, None], 0.0, 255.0)
     mixed = [lit + share * (255.0 - lit) for share in (_HIGHLIGHTS if has_highlights else (0.0,))]
-    counts = np.bincount(colour_labels(np.concatenate(mixed)).ravel(), minlength=N_LABELS).astype(np.float64)
-    shaped = counts.reshape(N_CHROMATICITY, N_CHROMATICITY, N_BRIGHTNESS)
-    shares = gaussian_filter(shaped, (*_SMOOTHING[:2], 0.0), mode="nearest").ravel()
+    shares = _smoothed_shares(np.concatenate(mixed), (*_SMOOTHING[:2], 0.0))
     return np.asarray(shares / shares.sum() > _OFTEN * _OTHER / N_LABELS)
+
+
+def _smoothed_shares(colours: Array, smoothing: tuple[float, float, float]) -> Array:
+    """How often each label (``N_LABELS``,) is among colours (..., 3), blurred by cells of its histogram."""
+    counts = np.bincount(colour_labels(colours).ravel(), minlength=N_LABELS).astype(np.float64)
+    shaped = counts.reshape(N_CHROMATICITY, N_CHROMATICITY, N_BRIGHTNESS)
+    return np.asarray(gaussian_filter(shaped, smoothing, mode="nearest").ravel())
 
 
 def colour_costs(shares: Sequence[Array]) -> list[Array]:
