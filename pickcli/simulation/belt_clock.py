@@ -70,9 +70,11 @@ class BeltClock:
         time_step: s between two set points.
 
     Attributes:
-        t_follows: s of the plan from which the axis follows the belt: where the arm last rests before.
+        t_follows: s of the plan from which its time is that of the belt: where the arm last rests before the
+            tool works on the belt, or from the start if it does not move until then.
         t_works: s of the plan from which the tool works on the belt.
         t_left: s of the plan at which the item is off the belt.
+        follows_by_axis: Whether an axis along the belt follows it, not all joints.
         off: m by which the belt is ahead of the plan, negative if it is behind.
         comes_to: m by which it would be off until the axis has come to its speed on the way off.
         allowed: m of that from which on the arm leaves it.
@@ -88,8 +90,8 @@ class BeltClock:
         scaled = replace(limits, acceleration=cell.speed_scale * limits.acceleration)
         self.scaling = OnlineTimeScaling(plan.trajectory, scaled, time_step)
         times, speeds = plan.trajectory.times, np.abs(plan.trajectory.velocities).max(axis=1)
-        is_before = times < self.t_works
-        self.t_follows = float(times[is_before & (speeds <= AT_REST)].max(initial=0.0))
+        t_rests = float(times[(times < self.t_works) & (speeds <= AT_REST)].max(initial=0.0))
+        self.t_follows = t_rests if float(speeds[times <= t_rests].max(initial=0.0)) > AT_REST else 0.0
         speed = self._tracking.speed
         self._latency = encoder.encoder_latency(self._tracking.conveyor)
         self._last = 0.0  # m, last reading
@@ -100,6 +102,7 @@ class BeltClock:
         belt = cell.carriers[plan.tracking.conveyor]
         assert belt.conveyor is not None
         found = linear_axis(cell.robot, belt.T_world_carrier[:3, 0])
+        self.follows_by_axis = found is not None
         self._gain: float | None = None  # m/s^2 by which an axis catches up with the belt on the way off
         if found is not None:
             self._gain = BELT_SHARE * float(scaled.acceleration[found[0]]) - belt.conveyor.max_acceleration

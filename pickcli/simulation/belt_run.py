@@ -88,8 +88,7 @@ class BeltRun(PlanRun[D]):
         if self._clock is None:
             super().brake(why)
         elif why.cause in HARD:
-            at = min(self.progress, self.trace.plan_times[-1])
-            self.brake_beside(PathMotion(self.plan.trajectory, lambda t: t), at)
+            self._brake_hard()
         else:
             self._stop_at_belt(self._clock, why)
 
@@ -199,18 +198,37 @@ class BeltRun(PlanRun[D]):
 
     def _stop_at_belt(self, clock: BeltClock, why: ProtectiveStop) -> None:
         """Stop on the path where the arm is clear of what the belt may bring, else leave the belt."""
-        t_plan, trajectory = clock.scaling.t, self.plan.trajectory
-        if t_plan <= clock.t_follows:
+        if 0.0 < clock.t_follows >= clock.scaling.t:
             self._is_beside_belt = True
-            self.halt(PathMotion(_until(trajectory, clock.t_follows), lambda t: t))
-        elif t_plan < clock.t_left:
-            self._leave_belt(clock, t_plan < self._t_met or why.cause is StopCause.EARLY_CONTACT)
+            self.halt(PathMotion(_until(self.plan.trajectory, clock.t_follows), lambda t: t))
+            return
+        # While an axis comes up to its speed, the arm is clear of the belt; then it can leave it at any pace.
+        if clock.follows_by_axis and not self._slow_down(clock, clock.t_works):
+            return
+        is_clear = clock.follows_by_axis and clock.scaling.t < clock.t_works
+        if clock.scaling.t < clock.t_left and not is_clear:
+            self._leave_belt(clock, clock.scaling.t < self._t_met or why.cause is StopCause.EARLY_CONTACT)
             self.path_time = self.trace.plan_times[-1]
-        else:
-            while clock.rate > 0.0:
-                t_plan = clock.stopping()
-                self.set_point(trajectory.sample(t_plan)[0], t_plan)
-            self.path_time, self.is_clear = t_plan, True
+        elif self._slow_down(clock, np.inf):
+            self.path_time, self.is_clear = clock.scaling.t, True
+
+    def _slow_down(self, clock: BeltClock, until: float) -> bool:
+        """Slow down on the path, to rest or until a time (s) of the plan; False if motors had to brake."""
+        while clock.rate > 0.0 and clock.scaling.t < until:
+            t_plan = clock.stopping()
+            q = self.plan.trajectory.sample(t_plan)[0]
+            self.set_point(q, t_plan)
+            hard = self.reason_to_stop(q, t_plan)
+            if hard is not None and hard.cause in HARD:
+                self.stops_on_way_off += (hard,)
+                self._brake_hard()
+                return False
+        return True
+
+    def _brake_hard(self) -> None:
+        """Stop as hard as possible, from where the robot is on the path."""
+        at = min(self.progress, self.trace.plan_times[-1])
+        self.brake_beside(PathMotion(self.plan.trajectory, lambda t: t), at)
 
     def _leave_belt(self, clock: BeltClock, is_back: bool) -> None:
         """Take the way off the belt, back along the lines to the item or on along those with it."""

@@ -39,7 +39,7 @@ class BeltWayOff:
         time_step: s between two set points.
         is_back: Whether the lines are gone back instead of on.
 
-    The plan has begun to follow the belt, and the item is not off it yet.
+    The tool works on the belt, and the item is not off it yet.
 
     Attributes:
         t: s of the plan at which the arm is relative to the belt.
@@ -59,27 +59,13 @@ class BeltWayOff:
         as_seen = relative_to_belt(plan.trajectory, self._axis, self._speed, clock.t_works)
         self._lines = as_seen.between(clock.t_works, clock.t_left, SAME_TIME)
         now, t_works = clock.scaling, clock.t_works
-        self.t, self.off, self.is_clear = max(now.t, t_works), clock.off, now.t <= t_works
+        self.t, self.off, self.is_clear = now.t, clock.off, now.t <= t_works
         self._on = OnlineTimeScaling(self._lines, self._beside_the_belt, time_step)
         self._on.begin(self.t - t_works, now.rate, now.change)
         self._back: OnlineTimeScaling | None = None
         self._u, self._belt = now.t, self._belt_scaling(BELT_SHARE)  # s of the belt at its beginning
         self._belt.begin(0.0, now.rate, now.change)
         self._slows = False
-        if self.is_clear:  # the axis is coming up to the speed of the belt, and the arm rests otherwise
-            self._rest_at_ready(now)
-
-    def _rest_at_ready(self, now: OnlineTimeScaling) -> None:
-        """Let the axis, which the plan brings up to the speed of the belt, come to rest instead."""
-        step, speed = self._time_step, self._speed
-        t = now.t - step * np.array(
-            [0.0, now.rate, 2.0 * now.rate - step * now.change]
-        )  # of the last set points
-        ready = float(self._plan.trajectory.sample(self.t)[0][self._axis])
-        at = (self._plan.trajectory.sample(t)[:, self._axis] - ready) / speed
-        self._u = self.t + float(at[0])
-        self._belt.begin(0.0, float(at[0] - at[1]) / step, float(at[0] - 2.0 * at[1] + at[2]) / step**2)
-        self._slow_down()
 
     @property
     def is_at_rest(self) -> bool:

@@ -28,8 +28,10 @@ from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import RidingItem, after_travel
 from pickcli.scene.scene_file import scene_hash
+from pickcli.timing.limit_check import measure_limits
+from pickcli.timing.line_tracking import MOST_PACE
 from pickcli.verification.verify import verify
-from support.belt_picks import BeltPick, belt_pick, cell, context, home, stream
+from support.belt_picks import BeltPick, belt_pick, cell, context, home, pick_on_the_way, stream
 from support.cell_copies import CellCopy
 
 SPEEDS = (0.1, 0.33, 0.5)
@@ -72,6 +74,20 @@ def test_the_tool_rests_on_the_item_while_that_rides(pick: BeltPick) -> None:
     assert np.allclose(np.diff(tips[:, 0, 3]) / np.diff(t), pick.stream.speed, atol=1e-6)
     assert np.allclose(tips[:, 1:3, 3], tips[0, 1:3, 3], atol=1e-7)
     assert np.allclose(tips[:, :3, :3], tips[0, :3, :3], atol=1e-7)
+
+
+def test_the_axis_comes_up_to_its_speed_while_the_arm_is_on_its_way() -> None:
+    """With room for the most of the plan's pace, and at rest relative to the belt where the lines begin."""
+    pick, along = pick_on_the_way(), linear_axis(cell().robot, np.eye(3)[0])
+    assert along is not None
+    t_works, at, speed, axis = times_at_work(pick.plan.segments)[0], pick.plan.trajectory, 0.33, along[0]
+    before, then = at.sample(np.array([t_works - 0.2, t_works]), 1)
+    assert 0.1 * speed < before[axis] < speed and np.delete(np.abs(before), axis).max() > 0.1
+    assert then[axis] == pytest.approx(speed, abs=1e-9) and np.delete(np.abs(then), axis).max() < 1e-9
+    coming = at.between(0.0, t_works)
+    assert measure_limits(coming, cell().robot.limits, cell().speed_scale).time_scale * MOST_PACE <= 1.0
+    verdict = verify(pick.plan, pick.scene)
+    assert verdict.reasons == () and verdict.certificate is not None
 
 
 def test_it_is_where_the_item_is(pick: BeltPick) -> None:

@@ -9,6 +9,8 @@ import pytest
 
 from pickcli.errors import InputError
 from pickcli.geometry import pose
+from pickcli.motion.plan import times_at_work
+from pickcli.motion.segment import SegmentKind
 from pickcli.planning.belt_picks.belt_query import InterceptQuery
 from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.start_state import Start
@@ -19,7 +21,7 @@ from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import IDEAL
 from pickcli.simulation.world import World
 from pickcli.verification.verify import verify
-from support.belt_picks import belt_pick, context, home, stream
+from support.belt_picks import belt_pick, cell, context, home, pick_on_the_way, stream
 
 
 def world(scene: Scene, speed: float) -> World:
@@ -90,6 +92,43 @@ def test_stopped_by_the_operator_the_arm_leaves_the_belt_and_goes_on_with_the_it
     else:
         assert run.stop is None and where == "tote"
         assert run.operator_stops[0].end == pytest.approx(t_stop + 2.0, abs=2e-3)
+    running.close()
+
+
+@pytest.mark.parametrize("t_stop", [0.0, 0.02, 0.3, 0.8, 1.1, 1.3, 1.48, 1.56])
+def test_stopped_on_its_way_to_the_belt_the_arm_rests_clear_of_it(t_stop: float) -> None:
+    """On its path, if it can rest there before the lines begin; else, but for its axis, where they begin."""
+    pick = pick_on_the_way()
+    t_works, over_tote = times_at_work(pick.plan.segments)[0], cell().configurations["drop_01"]
+    running = World(pick.scene, over_tote.q, over_tote.tool_state, reality=IDEAL)
+    running.run_belt("belt", 0.33)
+    run = execute(pick.plan, running, operator=signal_of([OperatorStop(t_stop, t_stop + 2.0)]))
+    assert t_stop < t_works and run.collisions == () and run.limit_violations == ()
+    assert run.stop is not None and run.stop.cause is StopCause.OPERATOR and run.is_clear
+    assert run.stops_on_way_off == () and running.t < t_stop + 1.2
+    path = pick.plan.trajectory.sample(np.linspace(0.0, t_works, 3000))
+    assert np.abs(path - running.q)[:, 1:].max(axis=1).min() < 2e-3
+    if t_stop < 1.0:
+        assert np.abs(path - running.q).max(axis=1).min() < 2e-3
+    running.close()
+
+
+def test_stopped_among_the_items_of_a_belt_that_stands_the_arm_leaves_it() -> None:
+    pick = belt_pick()
+    contact = next(s for s in pick.plan.segments if s.kind is SegmentKind.CONTACT)
+    running = world(pick.scene, 0.33)
+    stands_from = contact.t_start - 0.5
+
+    def stand(at: World) -> None:
+        if abs(at.t - stands_from) < at.time_step / 2:
+            at.belts["belt"].change_speed(0.0, 0.5)
+
+    t_stop = contact.t_start + 1.0
+    run = execute(pick.plan, running, operator=signal_of([OperatorStop(t_stop, 60.0)]), on_step=stand)
+    assert run.stop is not None and run.stop.cause is StopCause.OPERATOR and run.is_clear
+    assert run.collisions == () and running.belts["belt"].speed == 0.0
+    ready = pick.plan.trajectory.sample(np.array([times_at_work(pick.plan.segments)[0]]))[0]
+    assert running.q[1:] == pytest.approx(ready[1:], abs=3e-3)
     running.close()
 
 

@@ -52,6 +52,16 @@ def stream(speed: float = 0.33, seed: int = 4, n: int = 6) -> ItemStream:
 
 
 @cache
+def pick_on_the_way(k: int = 2) -> BeltPick:
+    """The pick of an item in the window, from over the tote: the axis comes up to its speed on the way."""
+    items, over_tote = stream(seed=3), cell().configurations["drop_01"]
+    now = items.items[k].stamp + (1.35 - float(items.items[k].T_belt_item[0, 3])) / items.speed
+    query = InterceptQuery(items.items[k].id, now)
+    start = Start(over_tote.q, over_tote.tool_state)
+    return BeltPick(items, now, plan_intercept(context(), items, query, start))
+
+
+@cache
 def belt_pick(speed: float = 0.33, seed: int = 4, k: int = 1) -> BeltPick:
     """The pick of the k-th item, from 0.3 s after it is on the belt."""
     items = stream(speed, seed)

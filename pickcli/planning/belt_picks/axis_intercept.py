@@ -1,7 +1,8 @@
 """A pick from a running conveyor that a linear axis along it follows, met at the earliest time that is found.
 
-Grasps and lines are searched with the belt at a few places. The arm waits at rest until it is time, comes up
-to the speed of the belt over the item, and is at rest again after the lift.
+Grasps and lines are searched with the belt at a few places. The arm waits at rest until it is time. The axis
+comes up to the speed of the belt while the arm is still on its way, where it has the acceleration for both,
+else while the arm rests over the item; it comes to rest again as the arm leaves with the item, or before.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from pickcli.planning.belt_picks.axis_windows import (
     ContactWindow,
     along,
     axis_belt,
-    contact_windows,
+    contact_window,
     timely_grasps,
 )
 from pickcli.planning.belt_picks.belt_query import (
@@ -33,20 +34,32 @@ from pickcli.planning.belt_picks.belt_query import (
     pumped_from,
 )
 from pickcli.planning.belt_picks.reach_table import BeltTimes, too_late_by
-from pickcli.planning.belt_picks.tracked_stitching import Arrival, Meeting, Ramp, TimedTaking, stitch_tracked
+from pickcli.planning.belt_picks.tracked_stitching import (
+    Arrival,
+    Meeting,
+    Ramp,
+    TimedTaking,
+    stitch_tracked,
+    why_too_slow_at_pace,
+)
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
+from pickcli.timing.concatenation import delayed
+from pickcli.timing.line_tracking import TrackedMotion
 
 USUAL_ARRIVAL = 2.0  # s from the start until the contact, about which grasps are searched
+PACED_RISING = 0.8  # of the limits on the way to the belt, where its time is that of a belt that may change
 LATER = 0.01  # s that a meeting is put off beyond the time that the arm needs
 ELSEWHERE = 0.25  # s that a meeting is put off if it cannot be reached for another reason
 # Where on the way from the soonest to the last time in the window grasps are searched, until one is met.
 WHERE_PLANNED = (0.5, 0.15, 0.85)
+GENTLEST = 3.0  # the same of leaving, where that is too much
 GENTLER = 2.0  # times the duration of a ramp during which the arm leaves already: accelerations add up
+SOONER = 0.1  # s after which it is tried again whether the axis can come up to its speed on the way
 MOST_MEETINGS = 8  # that are tried for one grasp
 
 
@@ -160,30 +173,28 @@ def _tried(
     certify: Certify | None,
     began: float,
 ) -> _Tried:
-    """Try the grasps with the belt where it is at a time (s), until there is a plan.
+    """Try the grasps with the belt where it is at a time (s), the soonest first, until there is a plan.
 
     began: when the query did, by the clock of its statistics
     """
     grasps, failures = feasible_grasps(problem, ())
     timely, against, delay = timely_grasps(belt, problem, t_planned, grasps, start)
-    windows, others = contact_windows(problem, timely, belt, t_planned, start)
-    failures, grasped = failures + against + others, time.perf_counter()
-    arrivals = [_arrival(problem.context, belt, window, start) for window in windows]
-    for k in sorted(range(len(windows)), key=arrivals.__getitem__):
-        plan = _met(belt, windows[k], start, arrivals[k])
+    failures, grasped = failures + against, time.perf_counter()
+    for motion in timely:
+        window = contact_window(problem, motion, belt, t_planned, start)
+        if isinstance(window, Failures):
+            failures, delay = failures + window, -np.inf
+            continue
+        t_contact = _arrival(problem.context, belt, window, start)
+        plan = _met(belt, window, start, t_contact)
         if not isinstance(plan, Failures):
             took = 1e3 * (grasped - began), 1e3 * (time.perf_counter() - began)
             plan = plan.with_statistics(grasps_ms=took[0], planning_ms=took[1])
             plan = plan if certify is None else certify(plan)
         if not isinstance(plan, Failures):
             return _Tried(plan, failures)
-        failures += plan
-    if len(windows) == len(timely) > 0:
-        delays = (t - window.latest for t, window in zip(arrivals, windows, strict=True))
-        delay = min(delay, *delays)
-    elif timely or not grasps:
-        delay = -np.inf
-    return _Tried(None, failures, bool(grasps), delay)
+        failures, delay = failures + plan, min(delay, t_contact - window.latest)
+    return _Tried(None, failures, bool(grasps), delay if grasps else -np.inf)
 
 
 def _arrival(context: PlanningContext, belt: AxisBelt, window: ContactWindow, start: Start) -> float:
@@ -191,50 +202,77 @@ def _arrival(context: PlanningContext, belt: AxisBelt, window: ContactWindow, st
     late = window.earliest - window.taking.inward.trajectory.duration - window.taking.t_planned
     ready = along(window.taking.motion, belt.axis, belt.speed * late)
     transit = estimated_duration(context.space, np.stack([start.q, ready.start]))
-    moved = transit + belt.ramp + window.taking.inward.trajectory.duration
+    moved = transit + window.taking.inward.trajectory.duration
     return max(window.earliest, moved, pumped_from(context.cell))
 
 
 def _met(belt: AxisBelt, window: ContactWindow, start: Start, t_contact: float) -> Plan | Failures:
     """Plan the earliest meeting that the arm is in time for, from the s of contact that are estimated."""
-    failures = Failures()
+    failures, latest, missing = Failures(), window.latest, t_contact - window.latest
     for _ in range(MOST_MEETINGS):
-        if t_contact > window.latest:
-            late = f"by {1e3 * (t_contact - window.latest):.0f} ms"
-            return failures + Reason("too late", str(window.taking.motion.grasp), late)
+        if t_contact > latest:
+            break
         found = _planned(belt, window.taking, start, t_contact)
         if isinstance(found, Plan):
             too_far = belt.brought_too_far(found, str(window.taking.motion.grasp))
             return found if too_far is None else failures + too_far
-        if isinstance(found, Failures):
-            failures += found
-            found = ELSEWHERE
-        t_contact += found
+        failures, missing = failures + found.failures, t_contact + found.late - latest
+        later = t_contact + found.by
+        # Tried in steps, it is also tried at the last moment.
+        t_contact = latest if found.by > found.late and t_contact < latest < later else later
+    if missing > 0.0:
+        late = f"by {1e3 * missing:.0f} ms"
+        failures += Reason("too late", str(window.taking.motion.grasp), late)
     return failures
 
 
-def _planned(belt: AxisBelt, taking: TimedTaking, start: Start, t_contact: float) -> Plan | Failures | float:
-    """Plan the meeting at a time; return the reasons against it, or the s by which it has to be later."""
-    arrival = _arrived(belt, taking, start, t_contact)
-    if not isinstance(arrival, Arrival):
-        return arrival
-    failures = Failures()
-    for falling in (Ramp(GENTLER * belt.ramp, False), Ramp(belt.ramp, True)):
-        plan = _left(belt, taking, arrival, t_contact, falling)
-        if not isinstance(plan, Failures):
-            return plan
-        failures += plan
-    return failures
+@dataclass(frozen=True, eq=False)
+class _PutOff:
+    """A meeting that cannot be at a time.
+
+    late: s that the arm is too late for it, 0 if it is not
+    by: s after which it is tried again
+    failures: reasons against it at that time
+    """
+
+    late: float
+    by: float
+    failures: Failures
+
+
+def _planned(belt: AxisBelt, taking: TimedTaking, start: Start, t_contact: float) -> Plan | _PutOff:
+    """Plan the meeting at a time, with the axis coming up to its speed on the way, or at its end."""
+    failures, late = Failures(), list[float]()
+    gently, resting = Ramp(GENTLER * belt.ramp, False), Ramp(belt.ramp, True)
+    for rising in (gently, resting):
+        arrival = _arrived(belt, taking, start, t_contact, rising)
+        if isinstance(arrival, float):
+            late.append(arrival)
+            continue
+        if isinstance(arrival, Failures):
+            failures += arrival
+            continue
+        for falling in (gently, Ramp(GENTLEST * belt.ramp, False), resting):
+            plan = _left(belt, taking, arrival, t_contact, falling)
+            if isinstance(plan, Plan):
+                return plan
+            if isinstance(plan, float):
+                late.append(plan)
+            else:
+                failures += plan
+    if not late:
+        return _PutOff(0.0, ELSEWHERE, failures)
+    return _PutOff(min(late), min(SOONER, *late) if failures else min(late), failures)
 
 
 def _arrived(
-    belt: AxisBelt, taking: TimedTaking, start: Start, t_contact: float
+    belt: AxisBelt, taking: TimedTaking, start: Start, t_contact: float, rising: Ramp
 ) -> Arrival | Failures | float:
-    """Plan the transit to where the axis begins to follow the belt, in time for a contact."""
+    """Plan the transit to where the lines of a grasp begin, in time for a contact."""
     problem, context = taking.problem, taking.problem.context
     t_lines = t_contact - taking.inward.trajectory.duration
     # The axis begins its way along the belt as if that were half of the ramp away.
-    late = t_lines - belt.ramp / 2 - taking.t_planned
+    late = t_lines - rising.duration / 2 - taking.t_planned
     ready = along(taking.motion, belt.axis, belt.speed * late)
     if (beyond := _beyond_limits(belt, taking, ready.start)) is not None:
         return Failures.of(beyond)
@@ -242,13 +280,29 @@ def _arrived(
     reached = next(transits_to_grasps(before, [ready], start))
     if isinstance(reached, Failures):
         return reached
-    reached = replace(reached, transit=reached.transit.scaled(PACED_COMING))
+    reached = replace(reached, transit=reached.transit.scaled(PACED_COMING if rising.rests else PACED_RISING))
     segments = scaled_segments(context.cell.speed_scale, [reached.transit])
     transit = proven_run(context, before.scene, segments)
     if isinstance(transit, Failures):
         return transit
-    missing = transit.trajectory.duration + belt.ramp - t_lines
-    return missing + LATER if missing > 0.0 else Arrival(reached, transit, belt.ramp)
+    arrival = Arrival(reached, transit, rising)
+    missing = max(transit.trajectory.duration + arrival.rest, rising.duration) - t_lines
+    if missing > 0.0:
+        return missing + LATER
+    too_slow = None if rising.rests else _why_too_slow(belt, taking, arrival)
+    return arrival if too_slow is None else Failures.of(too_slow)
+
+
+def _why_too_slow(belt: AxisBelt, taking: TimedTaking, arrival: Arrival) -> Reason | None:
+    """Say which joint is too slow to come up to the belt's speed on the way, at the most of its pace."""
+    context, transit = taking.problem.context, arrival.run.trajectory
+    t_up = max(transit.duration, arrival.rising.duration)
+    begins = t_up - arrival.rising.duration
+    rises = TrackedMotion(belt.axis, belt.speed, begins, t_up, t_up + belt.ramp, t_up + 2.0 * belt.ramp)
+    summed = rises.added_to(delayed(transit, t_up - transit.duration)).between(0.0, t_up)
+    slow = why_too_slow_at_pace(context, summed)
+    why = f"coming up to the belt's speed: {slow}"
+    return None if slow is None else Reason("joint too slow", str(taking.motion.grasp), why)
 
 
 def _left(

@@ -15,6 +15,7 @@ from pickcli.collision.motion_segment import MotionSegment, scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.kinematics.arm import LIMIT_MARGIN
 from pickcli.kinematics.linear_axis import linear_axis
+from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.belt_picks.belt_query import InterceptQuery, QueryBelt
@@ -108,7 +109,7 @@ def axis_belt(context: PlanningContext, queried: QueryBelt, query: InterceptQuer
 def timely_grasps(
     belt: AxisBelt, problem: PickProblem, t_planned: float, grasps: Sequence[GraspMotion], start: Start
 ) -> tuple[list[GraspMotion], Failures, float]:
-    """Sort out the grasps for which the arm is too late.
+    """Sort out the grasps for which the arm is too late, and order the others by how soon it may meet them.
 
     By bounds of their lines, at much less effort than by timing them; lines that are lengthened, and their
     acceleration, take longer still.
@@ -121,23 +122,25 @@ def timely_grasps(
         start: Where the robot is at rest.
 
     Returns:
-        The grasps that the arm may be in time for, the reasons against the others, and the s by which it is
-        too late for those at least; inf without any.
+        The grasps that the arm may be in time for, the soonest first, the reasons against the others, and the
+        s by which it is too late for those at least; inf without any.
     """
-    context, timely, failures, least = problem.context, list[GraspMotion](), Failures(), np.inf
+    context, timely, failures, least = problem.context, list[tuple[float, GraspMotion]](), Failures(), np.inf
     taking = context.method.rests(context.cell.devices, context.settings.release_time).taking
     for motion in grasps:
         near = motion.unwound_towards(context.arm.limits, start.q)
         reached = float(least_times(context, start.q, near.start[None], belt.axis)[0])
         inward, outward = (_least_time(context, part) for part in (near.inward, near.outward))
-        latest = _between(belt, context, near, t_planned, (inward, taking + outward))[1]
-        late = reached + belt.ramp + inward - latest
+        earliest, latest = _between(belt, context, near, t_planned, (inward, taking + outward))
+        late = max(reached, belt.ramp) + inward - latest
         if late > 0.0:
             least = min(least, late)
             failures += Reason("too late", str(motion.grasp), f"by {1e3 * late:.0f} ms at least")
         else:
-            timely.append(motion)
-    return timely, failures, least
+            way = estimated_duration(context.space, np.stack([start.q, near.start]))
+            timely.append((max(earliest, way + inward), motion))
+    timely.sort(key=lambda each: each[0])
+    return [motion for _, motion in timely], failures, least
 
 
 def _least_time(context: PlanningContext, segments: Sequence[MotionSegment]) -> float:
@@ -150,37 +153,36 @@ def _least_time(context: PlanningContext, segments: Sequence[MotionSegment]) -> 
     return total
 
 
-def contact_windows(
-    problem: PickProblem, grasps: Sequence[GraspMotion], belt: AxisBelt, t_planned: float, start: Start
-) -> tuple[list[ContactWindow], Failures]:
-    """Find when the arm can follow the lines of grasps.
+def contact_window(
+    problem: PickProblem, motion: GraspMotion, belt: AxisBelt, t_planned: float, start: Start
+) -> ContactWindow | Failures:
+    """Find when the arm can follow the lines of a grasp.
 
     Args:
         problem: The pick, with the belt where it is at ``t_planned``.
-        grasps: Grasps with their lines.
+        motion: The grasp with its lines.
         belt: The belt and the axis.
         t_planned: s from the start of the plan.
         start: Where the robot is at rest.
 
     Returns:
-        The windows of those that it can follow, and the reasons against the others.
+        The window, or the reasons why it cannot follow them.
     """
-    found, failures = list[ContactWindow](), Failures()
-    for motion in grasps:
-        unwound = motion.unwound_towards(problem.context.arm.limits, start.q)
-        raised = raised_over_belt(problem, unwound, belt.coming, belt.left(t_planned))
-        window = raised if isinstance(raised, Failures) else _window(problem, belt, raised, t_planned)
-        if isinstance(window, Failures):
-            failures += window
-        else:
-            found.append(window)
-    return found, failures
+    unwound = motion.unwound_towards(problem.context.arm.limits, start.q)
+    raised = raised_over_belt(problem, unwound, belt.coming, belt.left(t_planned))
+    if isinstance(raised, Failures):
+        return raised
+    is_raised = len(raised.inward) > len(unwound.inward) or len(raised.outward) > len(unwound.outward)
+    return _window(problem, belt, raised, t_planned, is_raised)
 
 
 def _window(
-    problem: PickProblem, belt: AxisBelt, motion: GraspMotion, t_planned: float
+    problem: PickProblem, belt: AxisBelt, motion: GraspMotion, t_planned: float, is_raised: bool
 ) -> ContactWindow | Failures:
-    """Time the lines of a grasp relative to the belt, and find when the arm can follow them."""
+    """Time the lines of a grasp relative to the belt, and find when the arm can follow them.
+
+    is_raised: whether they were lengthened over what the belt may bring
+    """
     context = problem.context
     motion = paced_lines(motion, belt.pace)
     inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
@@ -197,6 +199,7 @@ def _window(
     if earliest > latest:
         lacking = abs(belt.speed) * (earliest - latest)
         short = f"{context.arm.names[belt.axis]} and the window are {lacking:.2f} m too short"
+        short += " for lines that lead over higher items on the belt" if is_raised else ""
         return Failures.of(Reason("out of the window", str(motion.grasp), short))
     return ContactWindow(taking, earliest, latest)
 

@@ -23,6 +23,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import COARSE_RESERVE
 from pickcli.scene.scene import Scene
 
+ROOM = 2e-3  # m more than coarse motions keep, so that their last edge can be proven as well
 HIGHEST = 0.4  # m that lines are lengthened at most: the highest item with one of the highest in the cup
 STEP = 0.02  # m between heights that are tried
 
@@ -42,12 +43,12 @@ def raised_over_belt(
         The lines, lengthened where needed, or the reasons for failure.
     """
     settings, first, last = problem.settings, motion.inward[0], motion.outward[-1]
-    empty = Mode(first.mode.tool_state, reserve=COARSE_RESERVE)
+    empty = Mode(first.mode.tool_state, reserve=COARSE_RESERVE + ROOM)
     down = _up_from(problem, motion.start, first.mode, [_checker(problem, coming, empty)])
     if isinstance(down, Failures):
         return down.within(str(motion.grasp))
     contacts = problem.contacts.while_transferring()
-    held = Mode(last.mode.tool_state, motion.attached, contacts, COARSE_RESERVE)
+    held = Mode(last.mode.tool_state, motion.attached, contacts, COARSE_RESERVE + ROOM)
     # Without the item, too: if it was not held, it rides on under the tool.
     unladen = replace(empty, tool_state=last.mode.tool_state)
     free = [_checker(problem, leaving, mode) for mode in (held, unladen)]

@@ -122,7 +122,7 @@ def _bound(
     v, k, limits = times.along, times.axis, context.arm.limits
     contact = np.maximum(
         max(times.first, pumped_from(context.cell)),
-        least_times(context, q, rows[:, 1:], k) + times.ramp + lowered,
+        np.maximum(least_times(context, q, rows[:, 1:], k), times.ramp) + lowered,
     )
     # The axis at the contact: the item's place along the belt less what the arm reaches ahead of the axis.
     ahead = times.travel - rows[:, 0]
@@ -277,7 +277,7 @@ def least_times(context: PlanningContext, q: Array, goals: Array, axis: int) -> 
     d = np.abs(goals - q)
     turns = limits.upper - limits.lower > SAME_TURN
     d = np.where(turns, np.minimum(d % SAME_TURN, SAME_TURN - d % SAME_TURN), d)
-    v, a = PACED_COMING * scale * limits.velocity, PACED_COMING**2 * scale * limits.acceleration
+    v, a = PACED_COMING * scale * limits.velocity, PACED_COMING * scale * limits.acceleration
     t = np.where(d > v**2 / a, d / v + v / a, 2.0 * np.sqrt(d / a))
     t[:, axis] = 0.0
     return np.asarray(t.max(axis=1))

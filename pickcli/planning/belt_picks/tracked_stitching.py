@@ -37,15 +37,15 @@ from pickcli.planning.belt_picks.belt_proof import (
 )
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit, PickMotion
 from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
 from pickcli.timing.concatenation import RestingRun, delayed
+from pickcli.timing.limit_check import LIMIT_TOLERANCE, PeakRatio, measure_limits
 from pickcli.timing.line_tracking import MOST_PACE, TrackedMotion, relative_to_belt, shifted
 from pickcli.timing.plan_parts import PlanPart, joined
 from pickcli.timing.timed_run import TimedRun
 
-PACED_LEAVING = (
-    MOST_PACE**-3
-)  # of the limits: off the belt the plan still has its pace, whose cube the jerk has
+PACED_LEAVING = MOST_PACE**-3  # of the limits: off the belt the plan still has its pace, cubed in the jerk
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +76,12 @@ class TimedTaking:
 
 @dataclass(frozen=True)
 class Ramp:
-    """How the axis along the belt comes to rest again.
+    """How the axis along the belt comes up to its speed, or to rest again.
 
     Attributes:
         duration: s.
-        rests: Whether the rest of the arm rests meanwhile; otherwise it leaves already, which is quicker, and
-            may be more than axis or cup bear.
+        rests: Whether the rest of the arm rests meanwhile; otherwise it is still on its way there, or leaves
+            already, which is quicker, and may be more than axis or cup bear.
     """
 
     duration: float
@@ -93,14 +93,19 @@ class Arrival:
     """The way to where the lines of a grasp begin.
 
     Attributes:
-        reached: The transit, which ends where the axis begins to follow the belt.
+        reached: The transit, as if the belt stood.
         run: The transit, timed.
-        ramp: s in which the axis comes up to the belt's speed, while the rest of the arm rests.
+        rising: How the axis comes up to the belt's speed.
     """
 
     reached: GraspTransit
     run: TimedRun
-    ramp: float
+    rising: Ramp
+
+    @property
+    def rest(self) -> float:
+        """Time (s) between the transit and the lines."""
+        return self.rising.duration if self.rising.rests else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +161,10 @@ def stitch_tracked(
     trajectory = timed.tracked.added_to(relative)
     if (too_slow := why_too_slow(taking.problem, trajectory, segments, taking.motion.grasp)) is not None:
         return Failures.of(too_slow)
+    leaving = trajectory.between(timed.tracked.t_leaving, timed.tracked.t_end)
+    if not meeting.falling.rests and (slow := why_too_slow_at_pace(context, leaving)) is not None:
+        why = f"coming to rest from the belt's speed: {slow}"
+        return Failures.of(Reason("joint too slow", str(taking.motion.grasp), why))
     proofs = _proofs(meeting, taking, carried, timed)
     at_work = partial(_why_not_free_at_work, meeting, taking, trajectory)
     unproven = why_not_free(context, proofs, trajectory, segments, at_work)
@@ -203,7 +212,7 @@ def _timed(
     t_up = meeting.t_contact - taking.inward.trajectory.duration
     t_left, falling = meeting.t_contact + taking.lasts, meeting.falling
     tracked = TrackedMotion(
-        meeting.axis, meeting.speed, t_up - arrival.ramp, t_up, t_left, t_left + falling.duration
+        meeting.axis, meeting.speed, t_up - arrival.rising.duration, t_up, t_left, t_left + falling.duration
     )
     met = meeting.speed * (meeting.t_contact - taking.t_planned) - _offset(tracked, meeting.t_contact)
     end = -_offset(tracked, tracked.t_end)
@@ -218,14 +227,30 @@ def _timed(
         *transfer.away,
     )
     return _TimedParts(
-        coming=[PlanPart(transit, arrival.run, arrival.ramp)],
+        coming=[PlanPart(transit, arrival.run, arrival.rest)],
         tracking=[_along(part, meeting.axis, met) for part in (to_item, *taking.outward.parts)],
         leaving=[_along(part, meeting.axis, end) for part in left],
         n_away=sum(len(part.segments) for part in transfer.away),
         tracked=tracked,
-        wait=t_up - arrival.ramp - arrival.run.trajectory.duration,
+        wait=t_up - arrival.rest - arrival.run.trajectory.duration,
         transfer_load=transfer.load,
     )
+
+
+def why_too_slow_at_pace(context: PlanningContext, trajectory: Trajectory) -> PeakRatio | None:
+    """Say which joint is too slow for a motion at the most of the pace at which a plan follows its belt.
+
+    Args:
+        context: The cell and its models.
+        trajectory: The motion.
+
+    Returns:
+        Its ratio to a limit at the pace of the plan; None if all limits are kept at the most of it.
+    """
+    most = measure_limits(trajectory, context.arm.limits, context.cell.speed_scale)
+    if most.time_scale * MOST_PACE <= 1.0 + LIMIT_TOLERANCE:
+        return None
+    return max(most.velocity, most.acceleration, most.jerk, key=lambda peak: peak.ratio)
 
 
 def paced_leaving(carried: PickMotion) -> PickMotion:
