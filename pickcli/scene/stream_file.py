@@ -66,6 +66,10 @@ def read_stream(path: Path, cell: Cell | None = None, load: Callable[[str], Cell
     if model.one_by_one and model.speed + model.speed_error > 0.0:
         text = "items are set down one by one on a belt that stands; leave it out, or state a speed of 0"
         source.add(("one_by_one",), text)
+    if 0.0 < model.speed <= model.speed_error:
+        could_stand = f"a belt that runs at {model.speed:g} m/s could stand then"
+        text = f"{model.speed_error:g} m/s: {could_stand}; state a smaller error"
+        source.add(("speed_error",), text)
     source.check()
     _check_poses(source, stream)
     source.check()

@@ -159,6 +159,7 @@ def moved(i: int, *by: float) -> Callable[[Any], None]:
         (put("speed", value=float("nan")), "NaN is not JSON"),
         (put("speed", value=0.6), "beyond the 0.5 m/s of belt"),
         (put("speed_error", value=1.2), "speed_error: "),
+        (put("speed_error", value=0.4), "speed_error: 0.4 m/s: a belt that runs at"),
         (put("items", 0, "noise", value={"position": -1}), "noise"),
         (put("one_by_one", value=True), "one by one on a belt that stands"),
         (put("conveyor", value="bellt"), "did you mean 'belt'?"),
