@@ -429,9 +429,10 @@ class EngineBodies:
     def set_collision(self, a: str, link_a: str, b: str, link_b: str, on: bool) -> None:
         """Set whether two parts collide in the physics.
 
-        The engine removes both parts from its broad phase and adds them again as the newest, which changes
-        the order and orientation in which their contacts are solved. Callers that switch several pairs must
-        use a fixed order: the iteration order of a set of names differs between processes.
+        The engine removes both parts from its broad phase and adds them again as the newest. It forgets their
+        contacts, which what stands on a round base gets back one by one, and the order and orientation in
+        which contacts are solved change. Callers that switch several pairs must use a fixed order: the
+        iteration order of a set of names differs between processes.
 
         Args:
             a: Name of one body.
