@@ -1,10 +1,9 @@
 """Stream trials: items that come on a conveyor, picked as they pass, or told why not.
 
-`stream_trial` plays a stream by one of the `stream_rules` with the `stream_arms`. What the robot knows of the
-items is exact, or a `belt_perception` by a `belt_camera`. A `meeting_watch` measures each pick, a
-`stream_result` says what became of the items; `stream_record` is what its file says, checked by a
-`stream_record_schema`, beside others in a
-`stream_folder`.
+`stream_trial` plays a stream by one of the `stream_rules` with the `stream_arms`; `pick_schedule` says which
+item is taken next. What the robot knows of the items is exact, or a `belt_perception` by a `belt_camera`. A
+`meeting_watch` measures each pick, a `stream_result` says what became of the items; `stream_record` is what
+its file says, checked by a `stream_record_schema`, beside others in a `stream_folder`.
 
 Many trials are a `stream_job`, whose `stream_trials` are summed up by `stream_statistics`; a
 `stream_comparison` says what two runs are compared by, and `published_experiments` what the PR2 did in 2013.

@@ -1,10 +1,12 @@
 """Rules by which a trial of a stream chooses the arm and the place of a meeting.
 
-Ours meets an item as early as any arm can, with the arm that acted last if it has a plan. The rules of the
-PR2 system of 2013 (Cowley et al., section IV-C) are: every item is met at one fixed place, the centre of the
-arm's workspace; an arm tries it if the item is there later than now and the duration of its motion to the
-grasp, ``t_pred > now + d_p + d_g``; it moves at once, and waits over the belt for the rest; arms alternate.
-Grasps that were recorded pass a chase filter and a kinematic filter first (IV-A).
+Ours plans for the next items on the belt, each met as early as any arm can, with the arm that acted last if
+it has a plan, and takes the one after which most others can still be taken (``pick_schedule``).
+
+The rules of the PR2 system of 2013 (Cowley et al., section IV-C) are: every item is met at one fixed place,
+the centre of the arm's workspace; an arm tries it if the item is there later than now and the duration of
+its motion to the grasp, ``t_pred > now + d_p + d_g``; it moves at once, and waits over the belt for the
+rest; arms alternate. Grasps that were recorded pass a chase filter and a kinematic filter first (IV-A).
 """
 
 from __future__ import annotations
@@ -21,11 +23,19 @@ if TYPE_CHECKING:  # the names of the rules are read for every help
     from pickcli.scene.item_stream import ItemStream
 
 
+MOST_PLANNED = 4  # as many as are in a window at once, at gaps of 0.4 m
+
+
 class StreamRule(StrEnum):
     """Where items are met, and by which arm."""
 
     EARLIEST = "earliest"  # as early as possible, by the arm that acted last, if it can
     PR2_2013 = "pr2-2013"  # at one place for each arm, by the arms in turns
+
+    @property
+    def most_planned(self) -> int:
+        """For how many of the next items there are plans at most when one of them is chosen."""
+        return MOST_PLANNED if self is StreamRule.EARLIEST else 1
 
     def meeting_place(self, context: PlanningContext, carrier: Carrier) -> float | None:
         """Return where an arm meets all items.

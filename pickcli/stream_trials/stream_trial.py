@@ -1,10 +1,11 @@
 """Plays a trial of a stream: items come along a conveyor, and are taken off it one after the other.
 
 The belt runs on while the arm plans and moves. Before each decision the items on the belt are perceived, and
-the one that leaves the window first is tried first. The clock is simulated time, so that trials can be
-repeated exactly; a query is charged with a fixed time, before its motion, in which the one before may still
-be under way. Every motion is executed in a world of its own, which begins with what is on the belt then;
-delivered items are taken out of where they were brought to. Of several arms one moves at a time.
+picks of the next ones are planned, side by side; which of them is carried out is a matter of their deadlines
+(``pick_schedule``). The clock is simulated time, so that trials can be repeated exactly; the queries of a
+decision are charged with a fixed time, before the motion, in which the one before may still be under way.
+Every motion is executed in a world of its own, which begins with what is on the belt then; delivered items
+are taken out of where they were brought to. Of several arms one moves at a time.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from pickcli.simulation.world import World
 from pickcli.stream_trials.belt_camera import BeltCamera
 from pickcli.stream_trials.belt_perception import BeltPerception
 from pickcli.stream_trials.meeting_watch import MeetingWatch
+from pickcli.stream_trials.pick_schedule import PlannedPick, next_pick
 from pickcli.stream_trials.stream_arms import StreamArms, destination_of
 from pickcli.stream_trials.stream_result import (
     ItemOutcome,
@@ -45,7 +47,8 @@ from pickcli.stream_trials.stream_rules import StreamRule
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import certifier
 
-QUERY_CHARGE = 0.3  # s of the belt's time for each query: planning and verification take 0.25 s
+QUERY_CHARGE = 0.3  # s of the belt's time for a query, which takes 0.25 s with verification
+COMMITTED = 2.0 * QUERY_CHARGE  # s before a plan has to begin, in which it is not planned once more
 LOOK_AGAIN = 0.1  # s until the next look if nothing can be done: PR2 saw the belt at 10 Hz
 TRY_AGAIN = 0.5  # s after which an item without a plan is tried again
 LEAST_SHARE = 0.9  # of the least time that a pick took: a shorter one is not expected
@@ -145,6 +148,7 @@ class _Item:
     cost_bound: float | None = None
     was_known: bool = False
     refusals: dict[str, str] = field(default_factory=dict)  # why an arm had no plan when it was first asked
+    is_planned: bool = False  # whether there was a plan when it was last asked for
 
     def refuse(self, arm: str, why: str) -> None:
         """Note why an arm has no plan. Asked again later it is only later, so that its first reason stays."""
@@ -153,6 +157,36 @@ class _Item:
             self.reason = "; ".join(f"arm {name}: {each}" for name, each in self.refusals.items())
         else:
             self.reason = self.refusals[arm]
+
+    def had_plan(self) -> None:
+        """Forget why there was no plan before: if it passes now, that is for others."""
+        self.is_planned, self.reason = True, ""
+        self.refusals.clear()
+
+    def was_refused(self, t: float) -> None:
+        """Ask again later, but at once for what had a plan just before, at a time t (s)."""
+        self.t_next = t if self.is_planned else t + TRY_AGAIN
+        self.is_planned = False
+
+
+@dataclass(frozen=True, eq=False)
+class _Option:
+    """A pick that can be carried out next.
+
+    item: what is taken
+    context: that of the arm that takes it
+    parking: motion of the arm that acts before; None if it is parked, or takes the item
+    t_begins: s of the stream at which the first of these motions starts
+    t: s of the stream at which the plan starts
+    planned: the plan
+    """
+
+    item: _Item
+    context: PlanningContext
+    parking: Plan | None
+    t_begins: float
+    t: float
+    planned: StreamPlan
 
 
 class _StreamTrial:
@@ -169,57 +203,124 @@ class _StreamTrial:
         self.n_collisions = self.n_limit_violations = self.n_stops = 0
         self.t_end = 0.0
         self.took: PlanningContext | None = None  # that of the arm which took the last item
+        self.parking: tuple[int, Plan | NoPlanError | None] | None = None  # the last, with its look
         self.least_taking = np.inf  # s from when the arm moves until an item is off the belt
         self.planning_ms: list[float] = []
         self.refusing_ms: list[float] = []
 
     def decide(self) -> None:
-        """Take the most urgent item that can be met, or let time pass."""
+        """Take one of the next items, or let time pass."""
         self._close_those_past()
         believed = self._perceived()
         for riding in believed.items:
             self.open[riding.id].was_known = True
-        on_belt = (riding for riding in believed.items if believed.is_on_belt(riding, self.t))
+        takeable, is_alone = self._takeable(believed), self._plans_for_one(believed)
+        options, refused, asking = list[_Option](), list[_Item](), 0.0
+        for item in takeable:
+            option, lasted = self._option(believed, item, self.t + (asking if is_alone else 0.0))
+            asking = asking + lasted if is_alone else max(asking, lasted)
+            if option is None:
+                refused.append(item)
+            else:
+                options.append(option)
+                if is_alone or len(options) == self.request.rule.most_planned:
+                    break
+        if options:
+            left = [item for item in takeable if item not in refused]
+            chosen = next_pick(self._picks(options), self._deadlines(believed, left))
+            self._take_or_wait(options[chosen])
+        else:
+            self.t += asking if refused else LOOK_AGAIN
+
+    def _plans_for_one(self, believed: ItemStream) -> bool:
+        """Whether the first item with a plan is taken: queries are made one after the other then."""
+        return self.request.rule.most_planned == 1 or believed.speed == 0.0
+
+    def _takeable(self, believed: ItemStream) -> list[_Item]:
+        """Return the items on the belt that may be asked for now, by when they leave the window."""
+        found = list[_Item]()
+        on_belt = [riding for riding in believed.items if believed.is_on_belt(riding, self.t)]
         for riding in sorted(on_belt, key=lambda each: -believed.travel_at(each, self.t)):
             item = self.open[riding.id]
             if self.t < item.t_next:
                 continue
             if too_late := self._why_too_late(believed, riding):
                 item.reason = item.reason or too_late
-            elif self._take(believed, item):
-                return
             else:
-                item.t_next = self.t + TRY_AGAIN
-        self.t += LOOK_AGAIN
+                found.append(item)
+        return found
 
-    def _take(self, believed: ItemStream, item: _Item) -> bool:
-        """Take an item with the first arm in turn that has a plan for it; False if no arm moved."""
-        arms = self.arms
+    def _take_or_wait(self, option: _Option) -> None:
+        """Take an item, or plan once more while nothing has to begin yet and a camera sees more of it.
+
+        The arm rests meanwhile, so that the plan which is carried out begins where the others did.
+        """
+        is_waiting = self.tracks is not None and option.parking is None
+        if is_waiting and _rests_until(option.planned.plan) > COMMITTED:
+            self.t += QUERY_CHARGE
+        else:
+            self._take(option)
+
+    def _picks(self, options: Sequence[_Option]) -> list[PlannedPick]:
+        """Return the picks among which one is chosen."""
+        picks = list[PlannedPick]()
+        for each in options:
+            lasts = each.t - self.t + each.planned.plan.trajectory.duration
+            picks.append(PlannedPick(each.item.riding.id, lasts, lasts - _rests_until(each.planned.plan)))
+        return picks
+
+    def _deadlines(self, believed: ItemStream, items: Sequence[_Item]) -> dict[str, float]:
+        """Return the s from now in which the picks of items have to begin, by those that were carried out."""
+        if believed.speed == 0.0:
+            return {}
+        takes = self.least_taking if self.least_taking < np.inf else 0.0
+        return {each.riding.id: self._seconds_left(believed, each.riding.id) - takes for each in items}
+
+    def _seconds_left(self, believed: ItemStream, item_id: str) -> float:
+        """Time (s) until an item leaves the window of a running belt."""
+        travel = believed.travel_at(believed.find(item_id), self.t)
+        return (believed.belt.window[1] - travel) / believed.speed
+
+    def _option(self, believed: ItemStream, item: _Item, t: float) -> tuple[_Option | None, float]:
+        """Plan to take an item with the first arm in turn that can, asked one after the other from t (s) on.
+
+        Returns the pick, None if no arm can take the item, and the s that refused queries took.
+        """
+        arms, lasted = self.arms, 0.0
         for context in self.request.rule.in_turn(arms.all, arms.context, self.took):
             is_acting = context is arms.context
             parking = None if is_acting else self._parking(believed)
             if isinstance(parking, NoPlanError):
                 item.refuse(context.cell.arm, str(parking))
-                return False
-            t = self.t + (0.0 if parking is None else parking.trajectory.duration + PARKED)
+                break
+            parked = 0.0 if parking is None else parking.trajectory.duration + PARKED
             start = arms.start if is_acting else arms.home(context)
-            planned = self._planned(believed, item.riding.id, context, start, t)
+            planned = self._planned(believed, item.riding.id, context, start, t + lasted + parked)
             if planned is not None:
-                if parking is not None and not self._park(item, parking, t):
-                    return True
-                if not is_acting:
-                    arms.let_act(context)
-                self._execute(item, planned)
-                return True
-            self.t += QUERY_CHARGE
-        return False
+                item.had_plan()
+                return _Option(item, context, parking, t + lasted, t + lasted + parked, planned), lasted
+            lasted += QUERY_CHARGE
+        item.was_refused(self.t)
+        return None, lasted
+
+    def _take(self, option: _Option) -> None:
+        """Take an item, once the arm that acted is parked if another one does."""
+        self.t = option.t_begins
+        if option.parking is not None and not self._park(option.item, option.parking, option.t):
+            return
+        if option.context is not self.arms.context:
+            self.arms.let_act(option.context)
+        self._execute(option.item, option.planned)
 
     def _parking(self, believed: ItemStream) -> Plan | NoPlanError | None:
-        """Plan to park the arm that acts; None if it is parked."""
-        try:
-            return self.arms.parking(believed, self.t, derived_seed("parking", self.request.seed, self.look))
-        except NoPlanError as error:
-            return error
+        """Plan to park the arm that acts, once for each look; None if it is parked."""
+        if self.parking is None or self.parking[0] != self.look:
+            seed = derived_seed("parking", self.request.seed, self.look)
+            try:
+                self.parking = self.look, self.arms.parking(believed, self.t, seed)
+            except NoPlanError as error:
+                self.parking = self.look, error
+        return self.parking[1]
 
     def _park(self, item: _Item, parking: Plan, until: float) -> bool:
         """Park the arm that acts, and wait until a time (s); False if its motion was stopped."""
@@ -244,7 +345,7 @@ class _StreamTrial:
         """
         if believed.speed == 0.0:
             return ""
-        left = (believed.belt.window[1] - believed.travel_at(riding, self.t)) / believed.speed
+        left = self._seconds_left(believed, riding.id)
         if left < LEAST_SHARE * self.least_taking < np.inf:
             takes = f"no pick took less than {self.least_taking:.1f} s"
             return f"too late: it leaves the window in {left:.1f} s, {takes}"
@@ -344,10 +445,6 @@ class _StreamTrial:
             self.open[item_id].refuse(context.cell.arm, str(filtered.explained(error)))
             return None
         self.planning_ms.append(1e3 * (time.perf_counter() - began))
-        if plan.tracking is not None:
-            moves = np.flatnonzero(np.abs(plan.trajectory.velocities).max(axis=1) > 0.0)
-            waits = float(plan.trajectory.times[max(0, int(moves[0]) - 1)])
-            self.least_taking = min(self.least_taking, times_at_work(plan.segments)[1] - waits)
         return StreamPlan(plan, seen)
 
     def _execute(self, item: _Item, planned: StreamPlan) -> None:
@@ -358,6 +455,9 @@ class _StreamTrial:
         item.clearance = None if plan.certificate is None else plan.certificate.min_clearance
         item.cost_bound = plan.statistics.get("transit_cost_bound")
         self.took = context
+        if plan.tracking is not None:
+            takes = times_at_work(plan.segments)[1] - _moves_from(plan)
+            self.least_taking = min(self.least_taking, takes)
         world = self._world(true)
         release_time = context.settings.release_time
         watch = MeetingWatch(plan, world, context.method.rests(context.cell.devices, release_time).taking)
@@ -436,3 +536,15 @@ class _StreamTrial:
             if is_off and placed.id != taken:
                 other.reason = f"knocked off the belt in an attempt at {taken}"
                 self._close(placed.id, ItemOutcome.LOST)
+
+
+def _moves_from(plan: Plan) -> float:
+    """Time (s) of a plan at which the arm begins to move."""
+    moves = np.flatnonzero(np.abs(plan.trajectory.velocities).max(axis=1) > 0.0)
+    return float(plan.trajectory.times[max(0, int(moves[0]) - 1)])
+
+
+def _rests_until(plan: Plan) -> float:
+    """Time (s) of a plan at which the arm begins to move, or a device is switched."""
+    switched = (event.t_trigger for event in plan.events if event.t_trigger is not None)
+    return min(_moves_from(plan), *switched)

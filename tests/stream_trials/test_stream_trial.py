@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from pickcli.planning.belt_picks.belt_query import InterceptQuery
 from pickcli.planning.belt_picks.grasp_filtering import FilteredContext
 from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
 from pickcli.scene.scene import Scene
@@ -24,11 +27,13 @@ from pickcli.simulation.execution import Execution
 from pickcli.simulation.reality import Reality
 from pickcli.simulation.scene_bodies import true_masses
 from pickcli.simulation.world import World
+from pickcli.stream_trials import stream_trial
 from pickcli.stream_trials.belt_camera import BeltCamera
+from pickcli.stream_trials.pick_schedule import PlannedPick, next_pick
 from pickcli.stream_trials.stream_arms import StreamArms
 from pickcli.stream_trials.stream_result import ItemOutcome, StreamTrialResult
 from pickcli.stream_trials.stream_rules import StreamRule
-from pickcli.stream_trials.stream_trial import MOST_ATTEMPTS, StreamTrialRequest, play_stream
+from pickcli.stream_trials.stream_trial import MOST_ATTEMPTS, QUERY_CHARGE, StreamTrialRequest, play_stream
 from support import pr2_picks
 from support.belt_picks import cell, context
 
@@ -53,6 +58,92 @@ def test_items_are_met_by_the_tracks_of_a_camera() -> None:
     seen = play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2)), camera=BeltCamera()), [context()]).result
     assert seen.is_clean and [each.outcome for each in seen.items] == [ItemOutcome.DELIVERED] * 2
     assert all(each.met is not None and each.met.offset < 0.008 for each in seen.items)
+
+
+def test_a_pick_is_planned_once_more_with_what_was_seen_since(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every 0.3 s until the arm has to move, with no wider bounds each time; it rests at home meanwhile."""
+    asked: list[tuple[float, float, bool]] = []
+
+    def noted(
+        context: PlanningContext, seen: ItemStream, query: InterceptQuery, start: Start, *rest: Any
+    ) -> Plan:
+        noise = seen.find(query.item).noise
+        assert noise is not None
+        asked.append((query.now, noise.position, np.array_equal(start.q, context.cell.home.q)))
+        return plan_intercept(context, seen, query, start, *rest)
+
+    monkeypatch.setattr(stream_trial, "plan_intercept", noted)
+    seen_by = StreamTrialRequest(of(1, 0.2, (2.0, 2.2)), camera=BeltCamera())
+    (only,) = play_stream(seen_by, [context()]).result.items
+    times, bounds, rested = zip(*asked, strict=True)
+    assert only.outcome is ItemOutcome.DELIVERED and len(asked) > 4 and all(rested)
+    assert np.diff(times)[-4:] == pytest.approx(QUERY_CHARGE, abs=1e-9)
+    assert all(after <= before + 1e-9 for before, after in pairwise(bounds)) and bounds[-1] < 0.8 * bounds[0]
+
+
+class Answers:
+    """Notes what a trial asks for and takes; some queries are refused, and nothing is carried out."""
+
+    def __init__(self, patch: pytest.MonkeyPatch, refuses: Callable[[Answers, InterceptQuery], bool]) -> None:
+        self.asked, self.taken, self._refuses = list[InterceptQuery](), list[str](), refuses
+        patch.setattr(stream_trial, "plan_intercept", self._planned)
+        patch.setattr(stream_trial._StreamTrial, "_execute", self._executed())
+
+    def _planned(self, context: PlanningContext, seen: ItemStream, query: InterceptQuery, *rest: Any) -> Plan:
+        self.asked.append(query)
+        if self._refuses(self, query):
+            raise NoPlanError(query.label("belt"), [Reason("no grasp", query.item, "as the test says")])
+        return plan_intercept(context, seen, query, *rest)
+
+    def _executed(self) -> Callable[..., None]:
+        def execute(trial: Any, item: Any, planned: Any) -> None:
+            self.taken.append(item.riding.id)
+            item.attempts += 1
+            trial.t += planned.plan.trajectory.duration
+            trial._close(item.riding.id, ItemOutcome.DELIVERED)
+
+        return execute
+
+
+def test_of_the_next_items_not_always_the_first_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of what had a plan and passes, the reason is that the arm took others, or what was found since."""
+    choices = list[tuple[int, int]]()
+
+    def noted(picks: Sequence[PlannedPick], deadlines: Mapping[str, float]) -> int:
+        choices.append((len(picks), chosen := next_pick(picks, deadlines)))
+        assert {pick.item for pick in picks} <= set(deadlines)
+        return chosen
+
+    Answers(monkeypatch, refuses=lambda answers, query: False)
+    monkeypatch.setattr(stream_trial, "next_pick", noted)
+    result = play_stream(StreamTrialRequest(of(16, 0.33, (0.25, 0.4), seed=5)), [context()]).result
+    assert any(n > 1 for n, _ in choices) and any(k > 0 for _, k in choices)
+    passed = [each.reason for each in result.items if each.outcome is ItemOutcome.NOT_ATTEMPTED]
+    assert passed and all("busy" in reason or "late" in reason for reason in passed)
+
+
+def test_off_a_belt_that_stands_what_has_no_plan_beside_another_is_asked_for_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The second item is refused as long as the first is there."""
+    items = of(2, 0.0, (0.2, 0.3))
+    first, second = (each.id for each in sorted(items.items, key=lambda each: -each.T_belt_item[0, 3]))
+
+    def is_beside(answers: Answers, query: InterceptQuery) -> bool:
+        return query.item == second and first not in answers.taken
+
+    answers = Answers(monkeypatch, refuses=is_beside)
+    result = play_stream(StreamTrialRequest(items), [context()]).result
+    assert result.count(ItemOutcome.DELIVERED) == 2 and answers.taken == [first, second]
+
+
+def test_what_had_a_plan_just_before_is_asked_for_again_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every third query is refused; the item that is waited for does not pass for that."""
+    answers = Answers(monkeypatch, refuses=lambda answers, query: len(answers.asked) % 3 == 0)
+    played = play_stream(StreamTrialRequest(of(1, 0.2, (2.0, 2.2)), camera=BeltCamera()), [context()])
+    assert played.result.count(ItemOutcome.DELIVERED) == 1
+    times = [query.now for query in answers.asked]
+    assert np.diff(times)[-5:] == pytest.approx(QUERY_CHARGE, abs=1e-9)
 
 
 def test_the_cup_meets_its_place_at_the_speed_of_the_belt(result: StreamTrialResult) -> None:
