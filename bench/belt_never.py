@@ -16,6 +16,8 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from unittest import mock
 
@@ -84,8 +86,9 @@ def answer(context: PlanningContext, stream: ItemStream, query: InterceptQuery, 
     return ""
 
 
-def is_true(asked: Asked) -> bool:
-    """Whether the search without any bound finds no plan either."""
+@contextmanager
+def without_bounds() -> Iterator[None]:
+    """Let queries search without any of the bounds by which they end early."""
     with (
         mock.patch.object(axis_intercept, "too_late_by", lambda *args: -np.inf),
         mock.patch.object(axis_intercept, "WIDELY_LATE", np.inf),
@@ -95,6 +98,12 @@ def is_true(asked: Asked) -> bool:
         mock.patch.object(arm_intercept, "SOONEST", 0.5),
         mock.patch.object(arm_intercept, "MOST_MET", MOST_MET),
     ):
+        yield
+
+
+def is_true(asked: Asked) -> bool:
+    """Whether the search without any bound finds no plan either."""
+    with without_bounds():
         return answer(asked.context, asked.stream, asked.query, asked.start) != ""
 
 

@@ -1,16 +1,17 @@
-"""How long queries for items on a running belt take that all joints of an arm follow (pr2_belt).
+"""How long queries for items on a running belt take: all joints of an arm follow it, or an axis along it.
 
-    python -m bench.belt_queries [--items 80] [--seed 0] [--speed 0.33] [--gap 1.8,2.4] [--late] [--verify]
-                                 [--stream-rule pr2-2013] [--expansions 300]
+    python -m bench.belt_queries [--cell pr2_belt] [--items 80] [--seed 0] [--speed 0.33] [--gap 1.8,2.4]
+                                 [--late] [--verify] [--stream-rule pr2-2013] [--expansions 300]
 
 Every item of one stream, with the errors of poses and of the speed that a trial has, is asked for within
 ``SOON`` s from when it is wholly on the belt, as a free arm does; with ``--late``, anywhere after that until
 ``LEFT`` s before it leaves the window, as an arm does that was busy. The arms take turns; each starts from
-where it is parked, or from over its bin. Processor times in one warm process, planning only; ``WARMING``
-other items go before. It prints the median and percentiles of the queries with a plan and of those without,
-of which some were told by bounds alone (``why_never``), and, with ``--verify``, how many plans the verifier
-accepts. By ``--stream-rule pr2-2013`` items are met at one place, and with ``--expansions`` ARA* plans the
-transits, of which the bound on the cost is printed, too.
+where it is parked, or from over its bin, in ``conveyor_sia20`` from home or from over the tote. Processor
+times in one warm process, planning only; ``WARMING`` other items go before. It prints the median and
+percentiles of the queries with a plan and of those without, of which some were told by bounds alone
+(``why_never``), and, with ``--verify``, how many plans the verifier accepts. By ``--stream-rule pr2-2013``
+items are met at one place, and with ``--expansions`` ARA* plans the transits, of which the bound on the cost
+is printed, too.
 """
 
 from __future__ import annotations
@@ -33,12 +34,13 @@ from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
 from pickcli.seeds import derived_rng
+from pickcli.stream_trials.stream_arms import destination_of
 from pickcli.stream_trials.stream_rules import StreamRule
 from pickcli.stream_trials.stream_trial import SPEED_ERROR
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.verification.verify import certifier
 
-CELL, ARMS = "pr2_belt", ("left", "right")
+STARTS = {"conveyor_sia20": ("home", "drop_01"), "pr2_belt": ("home", "bin_{arm}")}  # named configurations
 WARMING = 8  # queries before those that count
 SOON = 1.0  # s after an item is on the belt, within which it is asked for
 LEFT = 1.5  # s before it leaves the window, from which on it is not asked for
@@ -71,8 +73,8 @@ def ask(context: PlanningContext, stream: ItemStream, k: int, is_late: bool, rul
     soon = item.stamp + SOON
     now = draw.uniform(soon, leaves - LEFT) if is_late else draw.uniform(item.stamp, soon)
     place = rule.meeting_place(context, stream.carrier)
-    query = InterceptQuery(item.id, float(now), f"bin_{cell.arm}", place)
-    named = cell.configurations[("home", f"bin_{cell.arm}")[int(draw.integers(2))]]
+    query = InterceptQuery(item.id, float(now), destination_of(cell), place)
+    named = cell.configurations[STARTS[cell.name][int(draw.integers(2))].format(arm=cell.arm)]
     start, seen = Start(named.q, named.tool_state), replace(stream, cell=cell)
     never = why_never(context, seen, query, start) is not None
     began, plan, why = time.process_time(), None, ""
@@ -95,6 +97,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    parser.add_argument("--cell", default="pr2_belt", choices=STARTS)
     parser.add_argument("--items", type=int, default=80)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--speed", type=float, default=0.33)
@@ -107,14 +110,14 @@ def main() -> None:
     parser.add_argument("--expansions", type=int, help="of ARA*, which plans the transits then")
     parser.add_argument("--list", action="store_true", help="print every query")
     options = parser.parse_args()
-    workcell, (low, high) = load_workcell(CELL), map(float, options.gap.split(","))
+    workcell, (low, high) = load_workcell(options.cell), map(float, options.gap.split(","))
     by = options.expansions
-    contexts = [PlanningContext(workcell.cell(arm)).with_lattice_transits(by) for arm in ARMS]
+    contexts = [PlanningContext(cell).with_lattice_transits(by) for cell in workcell.arms.values()]
     request = StreamRequest(options.items + WARMING, options.speed, (low, high))
     stream = make_stream(contexts[0].cell, request, options.seed)
     stream = replace(stream, noise=DEFAULT_NOISE, speed_error=2.0 * SPEED_ERROR)
     n, rule = len(stream.items), options.stream_rule
-    each_of = [ask(contexts[k % 2], stream, k, options.late, rule) for k in range(n)]
+    each_of = [ask(contexts[k % len(contexts)], stream, k, options.late, rule) for k in range(n)]
     asked = each_of[WARMING:]
     planned = [each for each in asked if each.plan is not None]
     report("with a plan", planned)

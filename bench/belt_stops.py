@@ -3,11 +3,11 @@
     python -m bench.belt_stops [--runs 200] [--seed 0] [--speed 0.33] [--json FILE]
 
 As many stops of the arm (by the operator, for a second), of the belt (at the conveyor's greatest
-acceleration, for a second and a half), and belts that run away (to the greatest speed of the conveyor),
-each in a pick from a dense stream of its own seed, at a time drawn evenly from the motion until the item is
-off the belt, and just after. Items are perceived with the errors of a trial, and the world deviates from
-its model by the default levels. After a motion that ended early, the belt carries the others on under the
-arm for two more seconds.
+acceleration, for a second and a half), belts that run away (to the greatest speed of the conveyor), and
+belts that slow down (to ``SLOWED`` of their speed, at ``SLOWING``), each in a pick from a dense stream of
+its own seed, at a time drawn evenly from the motion until the item is off the belt, and just after. Items
+are perceived with the errors of a trial, and the world deviates from its model by the default levels. After
+a motion that ended early, the belt carries the others on under the arm for two more seconds.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ from pickcli.stream_trials.stream_trial import SPEED_ERROR
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import certifier
 
-ARM, BELT, RUNS_AWAY = "arm", "belt", "belt runs away"
+ARM, BELT, RUNS_AWAY, SLOWS = "arm", "belt", "belt runs away", "belt slows"
+SLOWED, SLOWING = 0.8, 0.2  # of its speed, and m/s^2
 CELL, GAP, N_ITEMS = "conveyor_sia20", (0.25, 0.60), 8
 BEFORE_WINDOW = 0.4  # m of travel of the item before the window when its pick is planned
 ARM_STOPPED, BELT_STOPPED = 1.0, 1.5  # s
@@ -129,12 +130,14 @@ def stop(context: PlanningContext, pick: Pick, what: str) -> Stopped:
     scene = true.scene_at(now)
     world = World(scene, home.q, home.tool_state, seed=pick.seed)
     world.run_belt(true.conveyor, true.speed)
-    belt, most = world.belts[true.conveyor], true.belt.max_acceleration
+    belt = world.belts[true.conveyor]
     changes = {
         ARM: (),
         BELT: ((t, 0.0), (t + BELT_STOPPED, true.speed)),
         RUNS_AWAY: ((t, true.belt.max_speed),),
+        SLOWS: ((t, SLOWED * true.speed),),
     }[what]
+    most = SLOWING if what == SLOWS else true.belt.max_acceleration
 
     def change(at: World) -> None:
         for t_change, speed in changes:
@@ -212,7 +215,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--speed", type=float, default=0.33)
-    parser.add_argument("--stops", default=",".join((ARM, BELT, RUNS_AWAY)), help="what is stopped")
+    parser.add_argument("--stops", default=",".join((ARM, BELT, RUNS_AWAY, SLOWS)), help="what is stopped")
     parser.add_argument("--json", type=Path, help="file to which each result is appended")
     options = parser.parse_args()
     found = measure(options.runs, options.seed, options.speed, options.stops.split(","), options.json)
