@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pickcli.cell.cell_file import load_workcell
-from pickcli.commands.trial_options import parse_noise
+from pickcli.commands.options.trial_options import parse_noise
 from pickcli.pallet_trials.pallet_result import CartonOutcome, PalletTrialResult
 from pickcli.pallet_trials.pallet_station import PalletStation, side_of_arm
 from pickcli.pallet_trials.pallet_trial import PalletTrialRequest, PlayedPallet, play_pallet

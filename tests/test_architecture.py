@@ -68,7 +68,7 @@ def test_no_function_has_many_parameters() -> None:
     """What belongs together is one value. A command has a parameter for each of its options."""
     long, n_functions = [], 0
     for path in sorted((ROOT / "pickcli").rglob("*.py")):
-        if path.parent.name == "commands":
+        if "commands" in path.parts:
             continue
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):

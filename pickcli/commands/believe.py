@@ -10,10 +10,16 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, refuse_suffix
-from pickcli.commands.options import cell_option, items_option, json_option, output_option, refuse_output
-from pickcli.commands.perceived_lines import pod_lines
-from pickcli.commands.table import table_lines
+from pickcli.commands.options.common_options import (
+    cell_option,
+    items_option,
+    json_option,
+    output_option,
+    refuse_output,
+)
+from pickcli.commands.options.option_types import PATH, refuse_suffix
+from pickcli.commands.output.perceived_lines import pod_lines
+from pickcli.commands.output.table import table_lines
 
 if TYPE_CHECKING:
     from pickcli.scene.scene import Scene

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.build_options import BuildOptions, build_options
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.option_types import NumberType, RenamedOption
+from pickcli.commands.options.build_options import BuildOptions, build_options
+from pickcli.commands.options.option_types import NumberType, RenamedOption
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 

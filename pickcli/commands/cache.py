@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.options import json_option
+from pickcli.commands.options.common_options import json_option
 
 if TYPE_CHECKING:
     from pickcli.precompute.artifact_cache import CachedFolder

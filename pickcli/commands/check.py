@@ -7,20 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
-from pickcli.commands.build_options import jobs_option
-from pickcli.commands.building import building
-from pickcli.commands.checked_texts import (
-    CheckOptions,
-    check_text,
-    kind_of_text,
-    refuse_options_of_cells,
-    refuse_picture,
-)
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, NumberType
-from pickcli.commands.options import (
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell, standing_option
+from pickcli.commands.options.build_options import jobs_option
+from pickcli.commands.options.common_options import (
     CELL_HELP,
     DEFAULT_CELL,
     items_option,
@@ -28,6 +19,15 @@ from pickcli.commands.options import (
     overwrite_option,
     refuse_missing,
 )
+from pickcli.commands.options.option_types import PATH, NumberType
+from pickcli.commands.output.checked_texts import (
+    CheckOptions,
+    check_text,
+    kind_of_text,
+    refuse_options_of_cells,
+    refuse_picture,
+)
+from pickcli.commands.runs.building import building
 from pickcli.errors import DamagedError
 from pickcli.files.file_kind import ORDER, PERCEIVED, SCENE
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from pickcli.commands.option_types import RenamedOption
+from pickcli.commands.options.option_types import RenamedOption
 from pickcli.errors import ApcError, NoPlanError, RejectedError
 
 _RESULT = f"{__name__}.result"  # key of the result in a click context until its command ends

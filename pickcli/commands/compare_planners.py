@@ -9,13 +9,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_alike, open_cell, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, NumberType
-from pickcli.commands.options import CELL_HELP, DEFAULT_CELL, json_option, seed_option
-from pickcli.commands.progress_bar import progress
-from pickcli.commands.table import table_lines
+from pickcli.commands.options.arm_options import (
+    ArmRequest,
+    arm_option,
+    open_alike,
+    open_cell,
+    standing_option,
+)
+from pickcli.commands.options.common_options import CELL_HELP, DEFAULT_CELL, json_option, seed_option
+from pickcli.commands.options.option_types import PATH, NumberType
+from pickcli.commands.output.progress_bar import progress
+from pickcli.commands.output.table import table_lines
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.path_planning.planner_names import PlannerName
 

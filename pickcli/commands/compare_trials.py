@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.option_types import PATH
-from pickcli.commands.options import json_option
-from pickcli.commands.table import table_lines
+from pickcli.commands.options.common_options import json_option
+from pickcli.commands.options.option_types import PATH
+from pickcli.commands.output.table import table_lines
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

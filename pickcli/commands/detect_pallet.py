@@ -8,8 +8,7 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, refuse_suffix
-from pickcli.commands.options import (
+from pickcli.commands.options.common_options import (
     json_option,
     of_file,
     output_option,
@@ -17,6 +16,7 @@ from pickcli.commands.options import (
     refuse_reading,
     seed_option,
 )
+from pickcli.commands.options.option_types import PATH, refuse_suffix
 from pickcli.errors import InputError
 
 

@@ -8,26 +8,31 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
-from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.command import Command, emit_json, in_order_given
-from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, start_state_of
 from pickcli.commands.logs import stage
-from pickcli.commands.motion_queries import configurations_in, query_options
-from pickcli.commands.operator_stop_option import operator_stop_option
-from pickcli.commands.option_types import PATH, RenamedOption
-from pickcli.commands.options import (
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.options.artifact_options import artifact_options, load_context
+from pickcli.commands.options.common_options import (
     json_option,
     overwrite_option,
     reality_option,
     refuse_output,
     seed_option,
 )
-from pickcli.commands.plan_execution import driven, film_of, run_plans, simulated
-from pickcli.commands.plan_verification import certified, trusted
-from pickcli.commands.query_execution import QueryRequest, answer_queries
-from pickcli.commands.scene_options import open_scene, refuse_held, scene_or_cell_options, scene_or_empty
-from pickcli.commands.stream_options import StreamOptions, stream_options
+from pickcli.commands.options.configuration_option import CONFIGURATION, CONFIGURATION_HELP, start_state_of
+from pickcli.commands.options.motion_queries import configurations_in, query_options
+from pickcli.commands.options.operator_stop_option import operator_stop_option
+from pickcli.commands.options.option_types import PATH, RenamedOption
+from pickcli.commands.options.scene_options import (
+    open_scene,
+    refuse_held,
+    scene_or_cell_options,
+    scene_or_empty,
+)
+from pickcli.commands.options.stream_options import StreamOptions, stream_options
+from pickcli.commands.runs.plan_execution import driven, film_of, run_plans, simulated
+from pickcli.commands.runs.plan_verification import certified, trusted
+from pickcli.commands.runs.query_execution import QueryRequest, answer_queries
 from pickcli.simulation.installed_drivers import SIMULATED, driver_factory, driver_names
 
 if TYPE_CHECKING:
@@ -99,7 +104,7 @@ def command(
       apc execute belt.json --stream stream.json --now 5 --operator-stop 3:5
       apc execute --scene filled.json --stow dove_beauty_bar:bin_H
     """
-    from pickcli.commands.execution_report import execution_summary, execution_text, trouble
+    from pickcli.commands.output.execution_report import execution_summary, execution_text, trouble
     from pickcli.errors import TrialAbortedError
     from pickcli.motion.plan_file import read_plan
     from pickcli.planning.start_state import Start

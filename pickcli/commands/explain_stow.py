@@ -7,8 +7,14 @@ from pathlib import Path
 import click
 
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.options import cell_option, items_option, json_option, order_argument, stow_rule_option
-from pickcli.commands.table import stdout_console
+from pickcli.commands.options.common_options import (
+    cell_option,
+    items_option,
+    json_option,
+    order_argument,
+    stow_rule_option,
+)
+from pickcli.commands.output.table import stdout_console
 
 
 @click.command("explain-stow", cls=Command)

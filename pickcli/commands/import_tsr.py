@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.named_item import find_item, year_option
-from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
-from pickcli.commands.options import (
+from pickcli.commands.options.common_options import (
     items_option,
     json_option,
     of_file,
     output_option,
     refuse_output,
 )
+from pickcli.commands.options.named_item import find_item, year_option
+from pickcli.commands.options.option_types import PATH, FiniteRange, refuse_suffix
 
 if TYPE_CHECKING:
     from pickcli.geometry import Array

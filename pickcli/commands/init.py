@@ -11,9 +11,9 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH
-from pickcli.commands.options import json_option, refuse_unwritable, seed_option
-from pickcli.commands.progress_bar import progress
+from pickcli.commands.options.common_options import json_option, refuse_unwritable, seed_option
+from pickcli.commands.options.option_types import PATH
+from pickcli.commands.output.progress_bar import progress
 
 if TYPE_CHECKING:
     from pickcli.robot_setup.cell_setup import CellSetup

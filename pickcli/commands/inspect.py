@@ -8,12 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_alike, open_cell, standing_option
-from pickcli.commands.cell_summary import cell_summary
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, RenamedOption
-from pickcli.commands.options import (
+from pickcli.commands.options.arm_options import (
+    ArmRequest,
+    arm_option,
+    open_alike,
+    open_cell,
+    standing_option,
+)
+from pickcli.commands.options.common_options import (
     CELL_HELP,
     items_option,
     json_option,
@@ -21,11 +25,13 @@ from pickcli.commands.options import (
     refuse_missing,
     refuse_output,
 )
-from pickcli.commands.report import key_lines, plan_summary
-from pickcli.commands.scene_options import allowed, open_scene
-from pickcli.commands.stored_motion import motions_between
-from pickcli.commands.summary_text import in_words, on_a_screen
-from pickcli.commands.table import known_width
+from pickcli.commands.options.option_types import PATH, RenamedOption
+from pickcli.commands.options.scene_options import allowed, open_scene
+from pickcli.commands.output.cell_summary import cell_summary
+from pickcli.commands.output.report import key_lines, plan_summary
+from pickcli.commands.output.stored_motion import motions_between
+from pickcli.commands.output.summary_text import in_words, on_a_screen
+from pickcli.commands.output.table import known_width
 
 if TYPE_CHECKING:
     from pickcli.scene.scene import PoseNoise, Scene

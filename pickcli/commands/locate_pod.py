@@ -7,16 +7,22 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
-from pickcli.commands.camera_pictures import mounted, refuse_half
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import parse_start
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import named_camera, optional_camera_options
-from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
-from pickcli.commands.options import json_option, output_option, refuse_output, refuse_reading, seed_option
-from pickcli.commands.perceived_lines import pod_lines
-from pickcli.commands.scene_options import scene_or_empty, scene_or_recorded_options
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.options.camera_pictures import mounted, refuse_half
+from pickcli.commands.options.common_options import (
+    json_option,
+    output_option,
+    refuse_output,
+    refuse_reading,
+    seed_option,
+)
+from pickcli.commands.options.configuration_option import parse_start
+from pickcli.commands.options.named_camera import named_camera, optional_camera_options
+from pickcli.commands.options.option_types import PATH, FiniteRange, refuse_suffix
+from pickcli.commands.options.scene_options import scene_or_empty, scene_or_recorded_options
+from pickcli.commands.output.perceived_lines import pod_lines
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

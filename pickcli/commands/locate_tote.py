@@ -8,13 +8,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell
-from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import NumberType, refuse_suffix
-from pickcli.commands.options import cell_option, json_option, output_option, refuse_output, seed_option
-from pickcli.commands.pod_shift import parse_pod_shift
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell
+from pickcli.commands.options.artifact_options import artifact_options, load_context
+from pickcli.commands.options.common_options import (
+    cell_option,
+    json_option,
+    output_option,
+    refuse_output,
+    seed_option,
+)
+from pickcli.commands.options.option_types import NumberType, refuse_suffix
+from pickcli.commands.options.pod_shift import parse_pod_shift
 
 if TYPE_CHECKING:
     from pickcli.calibration.tote_location import LocatedTote
@@ -86,7 +92,7 @@ def command(
 def _lines(located: LocatedTote, T_nominal: Array, T_true: Array) -> list[str]:
     """Tell where the tote is, within which bounds, by which touches, and how far that is truly off."""
     from pickcli.calibration.tote_location import tote_offset
-    from pickcli.commands.table import table_lines
+    from pickcli.commands.output.table import table_lines
 
     estimate = located.estimate
     moved = tote_offset(T_nominal, estimate.T_world_tote, estimate.names)

@@ -8,7 +8,7 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.options.common_options import json_option, output_option, refuse_output, seed_option
 
 
 @click.command("make-order", cls=Command)

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.option_types import FiniteRange
-from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.options.common_options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.options.option_types import FiniteRange
 
 
 @click.command("make-pallet-order", cls=Command)

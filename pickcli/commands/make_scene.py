@@ -11,8 +11,7 @@ from click.core import ParameterSource
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
-from pickcli.commands.options import (
+from pickcli.commands.options.common_options import (
     cell_option,
     items_option,
     json_option,
@@ -23,9 +22,10 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
-from pickcli.commands.pod_shift import pod_shift_option, tote_shift_option
-from pickcli.commands.progress_bar import progress
-from pickcli.commands.trial_options import pose_noise_option
+from pickcli.commands.options.option_types import PATH, FiniteRange, refuse_suffix
+from pickcli.commands.options.pod_shift import pod_shift_option, tote_shift_option
+from pickcli.commands.options.trial_options import pose_noise_option
+from pickcli.commands.output.progress_bar import progress
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell

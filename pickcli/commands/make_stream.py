@@ -9,8 +9,14 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import FiniteRange, NumberType
-from pickcli.commands.options import CELL_HELP, json_option, output_option, refuse_output, seed_option
+from pickcli.commands.options.common_options import (
+    CELL_HELP,
+    json_option,
+    output_option,
+    refuse_output,
+    seed_option,
+)
+from pickcli.commands.options.option_types import FiniteRange, NumberType
 
 BELT_CELL = "conveyor_sia20"
 MOST_ITEMS = 3_000  # as many as a file may have

@@ -8,24 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
-from pickcli.commands.camera_pictures import named_viewpoint, recorded_pictures, refuse_half
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.listed_contents import (
-    bin_option,
-    listed_contents,
-    named_places,
-    order_option,
-)
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import (
-    camera_or_recording_options,
-    deformed_option,
-    refuse_missing_opencv,
-    sift_option,
-)
-from pickcli.commands.option_types import PATH, refuse_suffix
-from pickcli.commands.options import (
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.options.camera_pictures import named_viewpoint, recorded_pictures, refuse_half
+from pickcli.commands.options.common_options import (
     advised,
     json_option,
     output_option,
@@ -34,8 +21,21 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
-from pickcli.commands.perceived_lines import perceived_lines
-from pickcli.commands.scene_options import scene_or_empty, scene_or_recorded_options
+from pickcli.commands.options.listed_contents import (
+    bin_option,
+    listed_contents,
+    named_places,
+    order_option,
+)
+from pickcli.commands.options.named_camera import (
+    camera_or_recording_options,
+    deformed_option,
+    refuse_missing_opencv,
+    sift_option,
+)
+from pickcli.commands.options.option_types import PATH, refuse_suffix
+from pickcli.commands.options.scene_options import scene_or_empty, scene_or_recorded_options
+from pickcli.commands.output.perceived_lines import perceived_lines
 
 if TYPE_CHECKING:
     from pickcli.perception.textures.sift_views import SiftRule

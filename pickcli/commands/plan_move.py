@@ -5,15 +5,15 @@ from __future__ import annotations
 import click
 
 from pickcli.commands.command import Command
-from pickcli.commands.configuration_option import (
+from pickcli.commands.logs import stage
+from pickcli.commands.options.configuration_option import (
     CONFIGURATION,
     CONFIGURATION_HELP,
     named_state,
     parse_configuration,
 )
-from pickcli.commands.logs import stage
-from pickcli.commands.plan_options import PlanOptions, plan_options
-from pickcli.commands.scene_options import scene_or_cell_options
+from pickcli.commands.options.plan_options import PlanOptions, plan_options
+from pickcli.commands.options.scene_options import scene_or_cell_options
 
 
 @click.command("plan-move", cls=Command)

@@ -9,8 +9,8 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH
-from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.options.common_options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.options.option_types import PATH
 
 if TYPE_CHECKING:
     from pickcli.palletizing.drop_test import DropTest

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command
-from pickcli.commands.option_types import RenamedOption
-from pickcli.commands.pick_request import plan_requested
-from pickcli.commands.plan_options import RecordedPickOptions, recorded_pick_options
-from pickcli.commands.scene_options import scene_or_cell_options
-from pickcli.commands.stated_pick import destination, refuse_impossible
-from pickcli.commands.stream_options import StreamOptions, plan_from_stream, stream_options
-from pickcli.commands.stream_plan_options import refuse_stream_rule, stream_rule_option
+from pickcli.commands.options.option_types import RenamedOption
+from pickcli.commands.options.pick_request import plan_requested
+from pickcli.commands.options.plan_options import RecordedPickOptions, recorded_pick_options
+from pickcli.commands.options.scene_options import scene_or_cell_options
+from pickcli.commands.options.stated_pick import destination, refuse_impossible
+from pickcli.commands.options.stream_options import StreamOptions, plan_from_stream, stream_options
+from pickcli.commands.options.stream_plan_options import refuse_stream_rule, stream_rule_option
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command
-from pickcli.commands.pick_request import plan_requested
-from pickcli.commands.plan_options import PickOptions, pick_options
-from pickcli.commands.scene_options import scene_options
+from pickcli.commands.options.pick_request import plan_requested
+from pickcli.commands.options.plan_options import PickOptions, pick_options
+from pickcli.commands.options.scene_options import scene_options
 
 if TYPE_CHECKING:
     from pickcli.planning.pick_problem import Shift

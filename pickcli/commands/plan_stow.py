@@ -5,10 +5,10 @@ from __future__ import annotations
 import click
 
 from pickcli.commands.command import Command
-from pickcli.commands.pick_request import plan_requested
-from pickcli.commands.plan_options import PickOptions, pick_options
-from pickcli.commands.scene_options import scene_options
-from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
+from pickcli.commands.options.pick_request import plan_requested
+from pickcli.commands.options.plan_options import PickOptions, pick_options
+from pickcli.commands.options.scene_options import scene_options
+from pickcli.commands.options.stated_stow import bins_for, item_in_tote, stated_bin
 
 
 @click.command("plan-stow", cls=Command)

@@ -8,10 +8,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.option_types import PATH
-from pickcli.commands.options import cell_option, items_option, json_option, output_option, refuse_output
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell, standing_option
+from pickcli.commands.options.common_options import (
+    cell_option,
+    items_option,
+    json_option,
+    output_option,
+    refuse_output,
+)
+from pickcli.commands.options.option_types import PATH
 from pickcli.errors import InputError, UnknownNameError
 
 if TYPE_CHECKING:

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import parse_start
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import camera_options, deformed_option, named_camera
-from pickcli.commands.option_types import PATH, refuse_suffix
-from pickcli.commands.options import (
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.options.common_options import (
     json_option,
     overwrite_option,
     refuse_output,
     refuse_same,
     seed_option,
 )
-from pickcli.commands.scene_options import open_scene, scene_options
+from pickcli.commands.options.configuration_option import parse_start
+from pickcli.commands.options.named_camera import camera_options, deformed_option, named_camera
+from pickcli.commands.options.option_types import PATH, refuse_suffix
+from pickcli.commands.options.scene_options import open_scene, scene_options
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import parse_configuration, start_option
-from pickcli.commands.option_types import FiniteRange, refuse_suffix
-from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
-from pickcli.commands.scene_options import open_scene, scene_options
+from pickcli.commands.options.arm_options import ArmRequest, arm_option
+from pickcli.commands.options.common_options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.options.configuration_option import parse_configuration, start_option
+from pickcli.commands.options.option_types import FiniteRange, refuse_suffix
+from pickcli.commands.options.scene_options import open_scene, scene_options
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def _as_json(file: StackFile, envelope: Envelope, run: RollOut, output: Path) ->
 def _print(file: StackFile, envelope: Envelope, run: RollOut) -> None:
     from rich.table import Table
 
-    from pickcli.commands.table import stdout_console
+    from pickcli.commands.output.table import stdout_console
 
     click.echo(f"{file.name}: {envelope.name} reached in {run.duration:.2f} s")
     table = Table("t, s", *(f"{name}, off by" for name in run.errors), *(

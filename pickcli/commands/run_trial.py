@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, NumberType
-from pickcli.commands.options import (
+from pickcli.commands.options.common_options import (
     json_option,
     of_file,
     order_argument,
@@ -21,14 +19,20 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
-from pickcli.commands.people_options import PeopleOptions, people_options, refuse_people
-from pickcli.commands.played_commission import is_commission, play_commission_file
-from pickcli.commands.played_pallet import is_pallet, play_pallet_file
-from pickcli.commands.played_stream import is_stream, play_stream_file
-from pickcli.commands.progress_bar import progress
-from pickcli.commands.stream_plan_options import StreamPlanOptions, refuse_stream_plan, stream_plan_options
-from pickcli.commands.table import stdout_console
-from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
+from pickcli.commands.options.experience_session import experience_session, learn_option
+from pickcli.commands.options.option_types import PATH, NumberType
+from pickcli.commands.options.people_options import PeopleOptions, people_options, refuse_people
+from pickcli.commands.options.stream_plan_options import (
+    StreamPlanOptions,
+    refuse_stream_plan,
+    stream_plan_options,
+)
+from pickcli.commands.options.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
+from pickcli.commands.output.progress_bar import progress
+from pickcli.commands.output.table import stdout_console
+from pickcli.commands.runs.played_commission import is_commission, play_commission_file
+from pickcli.commands.runs.played_pallet import is_pallet, play_pallet_file
+from pickcli.commands.runs.played_stream import is_stream, play_stream_file
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
@@ -191,7 +195,7 @@ def _watched(live: LivePage, scene: Scene, several: Workcell | None) -> Callable
 
 def _show(result: TrialResult) -> None:
     """Print the table and the score."""
-    from pickcli.commands.trial_table import print_rows
+    from pickcli.commands.output.trial_table import print_rows
     from pickcli.trial.trial_summary import rows, summary
 
     console = stdout_console()

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.build_options import scheduler_option
 from pickcli.commands.command import Command
-from pickcli.commands.option_types import PATH
-from pickcli.commands.options import json_option
-from pickcli.commands.people_options import PeopleOptions, people_options, refuse_people
-from pickcli.commands.played_commission import is_commission
-from pickcli.commands.played_commissions import play_commission_files
-from pickcli.commands.played_stream import is_stream
-from pickcli.commands.played_streams import play_stream_files
-from pickcli.commands.stream_plan_options import StreamPlanOptions, refuse_stream_plan, stream_plan_options
-from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
-from pickcli.commands.trials_output import (
+from pickcli.commands.options.build_options import scheduler_option
+from pickcli.commands.options.common_options import json_option
+from pickcli.commands.options.option_types import PATH
+from pickcli.commands.options.people_options import PeopleOptions, people_options, refuse_people
+from pickcli.commands.options.stream_plan_options import (
+    StreamPlanOptions,
+    refuse_stream_plan,
+    stream_plan_options,
+)
+from pickcli.commands.options.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
+from pickcli.commands.output.trials_output import (
     MOST_CAUSES,
     TrialsFolder,
     are_all,
@@ -29,6 +29,10 @@ from pickcli.commands.trials_output import (
     played_trials,
     stored_files,
 )
+from pickcli.commands.runs.played_commission import is_commission
+from pickcli.commands.runs.played_commissions import play_commission_files
+from pickcli.commands.runs.played_stream import is_stream
+from pickcli.commands.runs.played_streams import play_stream_files
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

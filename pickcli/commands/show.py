@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, refuse_suffix
-from pickcli.commands.options import (
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell, standing_option
+from pickcli.commands.options.common_options import (
     CELL_HELP,
     items_option,
     json_option,
@@ -20,8 +19,9 @@ from pickcli.commands.options import (
     refuse_missing,
     refuse_output,
 )
-from pickcli.commands.scene_options import open_scene
-from pickcli.commands.stream_options import StreamOptions, stream_options
+from pickcli.commands.options.option_types import PATH, refuse_suffix
+from pickcli.commands.options.scene_options import open_scene
+from pickcli.commands.options.stream_options import StreamOptions, stream_options
 from pickcli.errors import InputError, StaleError, UnknownNameError
 
 if TYPE_CHECKING:

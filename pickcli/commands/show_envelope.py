@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.named_item import find_item, year_option
-from pickcli.commands.option_types import refuse_suffix
-from pickcli.commands.options import (
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell
+from pickcli.commands.options.common_options import (
     json_option,
     output_option,
     refuse_output,
     seed_option,
 )
-from pickcli.commands.scene_options import open_scene, scene_or_cell_options
+from pickcli.commands.options.named_item import find_item, year_option
+from pickcli.commands.options.option_types import refuse_suffix
+from pickcli.commands.options.scene_options import open_scene, scene_or_cell_options
 
 if TYPE_CHECKING:
     from pickcli.grasping.envelope import Envelope

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.named_item import find_item, year_option
-from pickcli.commands.option_types import refuse_suffix
-from pickcli.commands.options import (
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell
+from pickcli.commands.options.common_options import (
     cell_option,
     items_option,
     json_option,
@@ -19,6 +17,8 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
+from pickcli.commands.options.named_item import find_item, year_option
+from pickcli.commands.options.option_types import refuse_suffix
 from pickcli.errors import InputError, UnknownNameError
 
 if TYPE_CHECKING:

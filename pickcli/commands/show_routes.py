@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
-from pickcli.commands.camera_pictures import named_viewpoint
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.listed_contents import bin_option, listed_contents, named_places, order_option
-from pickcli.commands.named_camera import camera_options, deformed_option, sift_option
-from pickcli.commands.options import json_option
-from pickcli.commands.perceived_lines import route_lines
-from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.options.camera_pictures import named_viewpoint
+from pickcli.commands.options.common_options import json_option
+from pickcli.commands.options.listed_contents import bin_option, listed_contents, named_places, order_option
+from pickcli.commands.options.named_camera import camera_options, deformed_option, sift_option
+from pickcli.commands.options.scene_options import scene_or_cell_options, scene_or_empty
+from pickcli.commands.output.perceived_lines import route_lines
 
 if TYPE_CHECKING:
     from pickcli.perception.textures.sift_views import SiftRule

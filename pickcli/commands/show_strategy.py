@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.option_types import PATH, refuse_suffix
-from pickcli.commands.options import json_option, refuse_output
-from pickcli.commands.table import table_lines
+from pickcli.commands.options.common_options import json_option, refuse_output
+from pickcli.commands.options.option_types import PATH, refuse_suffix
+from pickcli.commands.output.table import table_lines
 
 if TYPE_CHECKING:
     from pickcli.strategy.strategy_tree import Strategy

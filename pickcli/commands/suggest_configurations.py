@@ -8,14 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import named_state, tool_state_option
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, NumberType
-from pickcli.commands.options import cell_option, json_option, overwrite_option, refuse_output, seed_option
-from pickcli.commands.progress_bar import progress
-from pickcli.commands.table import table_lines
+from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell, standing_option
+from pickcli.commands.options.common_options import (
+    cell_option,
+    json_option,
+    overwrite_option,
+    refuse_output,
+    seed_option,
+)
+from pickcli.commands.options.configuration_option import named_state, tool_state_option
+from pickcli.commands.options.option_types import PATH, NumberType
+from pickcli.commands.output.progress_bar import progress
+from pickcli.commands.output.table import table_lines
 
 if TYPE_CHECKING:
     from pickcli.reachability.ranked_configuration import RankedConfiguration

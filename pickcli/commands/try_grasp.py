@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.option_types import FiniteRange
-from pickcli.commands.options import json_option, seed_option
-from pickcli.commands.progress_bar import progress
+from pickcli.commands.options.common_options import json_option, seed_option
+from pickcli.commands.options.option_types import FiniteRange
+from pickcli.commands.output.progress_bar import progress
 from pickcli.errors import UnknownNameError
 from pickcli.progress import Progress
 
@@ -100,7 +100,7 @@ def _drawn(
 
 
 def _print_stages(trial: GraspTrial) -> None:
-    from pickcli.commands.table import table_lines
+    from pickcli.commands.output.table import table_lines
 
     head = ("stage", "from, s", "to, s", "ended by", "current, A", "fingers, rad", "blocked", "slipping")
     rows = [

@@ -10,9 +10,9 @@ from click.core import ParameterSource
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, refuse_suffix
-from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
-from pickcli.commands.progress_bar import progress
+from pickcli.commands.options.common_options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.options.option_types import PATH, refuse_suffix
+from pickcli.commands.output.progress_bar import progress
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -13,8 +13,8 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.commands.stated_pick import refuse_impossible
-from pickcli.commands.trial_options import parse_noise
+from pickcli.commands.options.stated_pick import refuse_impossible
+from pickcli.commands.options.trial_options import parse_noise
 from pickcli.errors import InputError
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.scene.scene_file import read_scene

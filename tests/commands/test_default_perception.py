@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from pickcli.cell.cell_file import load_workcell
-from pickcli.commands.trial_options import TrialOptions, trial_options
+from pickcli.commands.options.trial_options import TrialOptions, trial_options
 from pickcli.errors import InputError
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.make_order import make_order

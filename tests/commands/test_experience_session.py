@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pickcli.commands import artifact_options
+from pickcli.commands.options import artifact_options
 from pickcli.errors import DamagedError
 from pickcli.precompute.experience import ExperienceFiles
 from support.command_line import ITEM, Made, apc, refused

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pickcli.commands.options import refuse_reading
+from pickcli.commands.options.common_options import refuse_reading
 from pickcli.errors import InputError
 from pickcli.files import atomic_write
 from pickcli.trial.trial_folder import NAMES

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from pickcli.cell.cell import Cell
-from pickcli.commands.perceived_lines import perceived_lines
+from pickcli.commands.output.perceived_lines import perceived_lines
 from pickcli.geometry import rotation_angle
 from pickcli.perception.items.item_observation import (
     FoundBy,

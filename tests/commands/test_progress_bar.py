@@ -9,8 +9,8 @@ import time
 import pytest
 from rich.console import Console
 
-from pickcli.commands import progress_bar as module
-from pickcli.commands.progress_bar import duration, progress, progress_line
+from pickcli.commands.output import progress_bar as module
+from pickcli.commands.output.progress_bar import duration, progress, progress_line
 from pickcli.jobs.job_run import BuildProgress
 from pickcli.progress import Progress
 

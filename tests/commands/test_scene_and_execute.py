@@ -15,7 +15,7 @@ from pickcli.cell.pod_tolerance import displaced
 from pickcli.commands.execute import command as execute_command
 from pickcli.commands.inspect import command as inspect_command
 from pickcli.commands.make_scene import command as make_scene_command
-from pickcli.commands.plan_options import PlanOptions
+from pickcli.commands.options.plan_options import PlanOptions
 from pickcli.errors import InputError, RejectedError, TrialAbortedError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.commands.options import DEFAULT_CELL
+from pickcli.commands.options.common_options import DEFAULT_CELL
 from pickcli.commands.suggest_configurations import command
 from pickcli.reachability.ranked_configuration import RankingSettings
 from support.command_line import apc

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pickcli.commands.report import DIGEST, key_lines
-from pickcli.commands.table import known_width, stdout_width, table_lines
+from pickcli.commands.output.report import DIGEST, key_lines
+from pickcli.commands.output.table import known_width, stdout_width, table_lines
 from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from support.command_line import apc

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from pickcli.commands.trial_table import WIDE, print_rows
+from pickcli.commands.output.trial_table import WIDE, print_rows
 from pickcli.trial.trial_summary import Row
 
 REASON = "145 times collision, e.g. [side] grasp on face +z: lance against pod row_DEF_divider_right"

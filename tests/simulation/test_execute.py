@@ -10,7 +10,7 @@ import pytest
 from bench.paces import LAGGING, paused, slowed
 from pickcli.cell.cell import Cell
 from pickcli.cell.tools.lip_leak import FULL_VACUUM
-from pickcli.commands.execution_report import trouble
+from pickcli.commands.output.execution_report import trouble
 from pickcli.errors import StaleError
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind

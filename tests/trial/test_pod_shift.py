@@ -19,7 +19,7 @@ from pickcli.cell.shapes import Body
 from pickcli.collision.collision_world import build_world
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.commands.make_scene import command
-from pickcli.commands.pod_shift import parse_pod_shift
+from pickcli.commands.options.pod_shift import parse_pod_shift
 from pickcli.errors import InputError
 from pickcli.geometry import inverse, transform_points
 from pickcli.scene.scene import PoseNoise, Scene

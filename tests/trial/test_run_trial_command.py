@@ -14,9 +14,9 @@ from click.testing import CliRunner, Result
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.pod_tolerance import Displacement
-from pickcli.commands.pod_shift import parse_pod_shift
+from pickcli.commands.options.pod_shift import parse_pod_shift
+from pickcli.commands.options.trial_options import parse_noise
 from pickcli.commands.run_trial import command
-from pickcli.commands.trial_options import parse_noise
 from pickcli.errors import ApcError
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.pod_shift import NONE, RANDOM, standing
