@@ -12,13 +12,14 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.collision.motion_segment import Mode
-from pickcli.errors import NoPlanError, UnknownNameError
+from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import inverse, pose
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import times_at_work
 from pickcli.motion.plan_file import plan_to_dict
 from pickcli.motion.segment import SegmentKind
+from pickcli.planning.belt_picks import axis_intercept
 from pickcli.planning.belt_picks.belt_query import InterceptQuery
 from pickcli.planning.belt_picks.intercept import plan_intercept
 from pickcli.planning.pick import plan_pick
@@ -88,6 +89,36 @@ def test_the_axis_comes_up_to_its_speed_while_the_arm_is_on_its_way() -> None:
     assert measure_limits(coming, cell().robot.limits, cell().speed_scale).time_scale * MOST_PACE <= 1.0
     verdict = verify(pick.plan, pick.scene)
     assert verdict.reasons == () and verdict.certificate is not None
+
+
+@pytest.mark.parametrize("k", [1, 2, 3, 4])
+def test_from_the_lines_on_it_has_room_for_the_most_of_its_pace(k: int) -> None:
+    """Also where the axis comes to rest while the arm leaves already."""
+    plan = pick_on_the_way(k).plan
+    t_works, _ = times_at_work(plan.segments)
+    most = measure_limits(plan.trajectory.between(t_works, plan.trajectory.duration), cell().robot.limits)
+    assert most.time_scale * MOST_PACE <= 1.0 + 1e-6
+
+
+def test_a_meeting_that_is_tried_in_steps_is_tried_at_the_last_moment(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried, why = list[float](), Failures.of(Reason("no path", "transit"))
+
+    def planned(belt: object, taking: object, start: object, t: float) -> axis_intercept._PutOff:
+        tried.append(t)
+        return axis_intercept._PutOff(0.0, axis_intercept.ELSEWHERE, why)
+
+    pick, over_tote = pick_on_the_way(), cell().configurations["drop_01"]
+    assert pick.plan.grasp is not None
+    monkeypatch.setattr(axis_intercept, "_planned", planned)
+    query, start = InterceptQuery(pick.plan.grasp.item, pick.now), Start(over_tote.q, over_tote.tool_state)
+    with pytest.raises(NoPlanError, match="no path"):
+        plan_intercept(context(), pick.stream, query, start)
+    gaps = np.diff(tried)
+    stepped = np.isclose(gaps, axis_intercept.ELSEWHERE)
+    last = (gaps > 1e-9) & (gaps < axis_intercept.ELSEWHERE - 1e-9)  # to the last moment, once for a grasp
+    assert stepped.any() and last.any() and not (last[1:] & last[:-1]).any()
 
 
 def test_it_is_where_the_item_is(pick: BeltPick) -> None:
