@@ -15,5 +15,6 @@ Read in this order:
   hands with belts: `try_grasp`.
 - Items: `show_grasps`, `show_envelope` and `import_tsr`; `record_grasp`.
 
-What several of them share: the `options` that they take, what they do in `runs`, and their `output`.
+What several of them share: the `options` that they take, the `operations` that they carry out, and their
+`output`.
 """

@@ -9,6 +9,7 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.building import building
 from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.options.build_options import jobs_option
 from pickcli.commands.options.common_options import (
@@ -27,7 +28,6 @@ from pickcli.commands.output.checked_texts import (
     refuse_options_of_cells,
     refuse_picture,
 )
-from pickcli.commands.runs.building import building
 from pickcli.errors import DamagedError
 from pickcli.files.file_kind import ORDER, PERCEIVED, SCENE
 

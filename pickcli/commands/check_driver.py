@@ -10,12 +10,12 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.plan_verification import refuse_tracking, trusted
 from pickcli.commands.options.arm_options import ArmRequest, standing_option
 from pickcli.commands.options.common_options import json_option
 from pickcli.commands.options.configuration_option import start_state_of
 from pickcli.commands.options.option_types import PATH
 from pickcli.commands.options.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
-from pickcli.commands.runs.plan_verification import refuse_tracking, trusted
 from pickcli.simulation.installed_drivers import driver_factory
 
 if TYPE_CHECKING:

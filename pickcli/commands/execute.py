@@ -10,6 +10,9 @@ import click
 
 from pickcli.commands.command import Command, emit_json, in_order_given
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.plan_execution import driven, film_of, run_plans, simulated
+from pickcli.commands.operations.plan_verification import certified, trusted
+from pickcli.commands.operations.query_execution import QueryRequest, answer_queries
 from pickcli.commands.options.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.options.artifact_options import artifact_options, load_context
 from pickcli.commands.options.common_options import (
@@ -30,9 +33,6 @@ from pickcli.commands.options.scene_options import (
     scene_or_empty,
 )
 from pickcli.commands.options.stream_options import StreamOptions, stream_options
-from pickcli.commands.runs.plan_execution import driven, film_of, run_plans, simulated
-from pickcli.commands.runs.plan_verification import certified, trusted
-from pickcli.commands.runs.query_execution import QueryRequest, answer_queries
 from pickcli.simulation.installed_drivers import SIMULATED, driver_factory, driver_names
 
 if TYPE_CHECKING:

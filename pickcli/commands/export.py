@@ -9,11 +9,11 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.plan_verification import refuse_tracking, trusted
 from pickcli.commands.options.arm_options import ArmRequest, standing_option
 from pickcli.commands.options.common_options import json_option, output_option, refuse_output
 from pickcli.commands.options.option_types import PATH, FiniteRange, RenamedOption, refuse_suffix
 from pickcli.commands.options.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
-from pickcli.commands.runs.plan_verification import refuse_tracking, trusted
 from pickcli.export.formats import format_names
 
 _NUMBER = re.compile("[0-9]{1,9}")  # number of a channel

@@ -6,9 +6,9 @@ import click
 
 from pickcli.commands.command import Command
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.plan_verification import timed_certifier
 from pickcli.commands.options.plan_options import PlanOptions, plan_options
 from pickcli.commands.options.scene_options import scene_options
-from pickcli.commands.runs.plan_verification import timed_certifier
 
 
 @click.command("plan-topple", cls=Command)

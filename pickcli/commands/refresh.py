@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pickcli.commands.command import Command, emit_json
+from pickcli.commands.operations.building import building
 from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.options.build_options import jobs_option
 from pickcli.commands.options.common_options import cell_option, json_option
 from pickcli.commands.options.option_types import PATH
-from pickcli.commands.runs.building import building
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

@@ -11,6 +11,9 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.played_commission import is_commission, play_commission_file
+from pickcli.commands.operations.played_pallet import is_pallet, play_pallet_file
+from pickcli.commands.operations.played_stream import is_stream, play_stream_file
 from pickcli.commands.options.common_options import (
     json_option,
     of_file,
@@ -30,9 +33,6 @@ from pickcli.commands.options.stream_plan_options import (
 from pickcli.commands.options.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.commands.output.progress_bar import progress
 from pickcli.commands.output.table import stdout_console
-from pickcli.commands.runs.played_commission import is_commission, play_commission_file
-from pickcli.commands.runs.played_pallet import is_pallet, play_pallet_file
-from pickcli.commands.runs.played_stream import is_stream, play_stream_file
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:

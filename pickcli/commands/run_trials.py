@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pickcli.commands.command import Command
+from pickcli.commands.operations.played_commission import is_commission
+from pickcli.commands.operations.played_commissions import play_commission_files
+from pickcli.commands.operations.played_stream import is_stream
+from pickcli.commands.operations.played_streams import play_stream_files
 from pickcli.commands.options.build_options import scheduler_option
 from pickcli.commands.options.common_options import json_option
 from pickcli.commands.options.option_types import PATH
@@ -29,10 +33,6 @@ from pickcli.commands.output.trials_output import (
     played_trials,
     stored_files,
 )
-from pickcli.commands.runs.played_commission import is_commission
-from pickcli.commands.runs.played_commissions import play_commission_files
-from pickcli.commands.runs.played_stream import is_stream
-from pickcli.commands.runs.played_streams import play_stream_files
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

@@ -11,13 +11,13 @@ from click.core import ParameterSource
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.pallet_verification import verify_pallet
+from pickcli.commands.operations.verified_drive import verify_driven
 from pickcli.commands.options.arm_options import ArmRequest, standing_option
 from pickcli.commands.options.common_options import json_option
 from pickcli.commands.options.option_types import PATH
 from pickcli.commands.options.scene_options import scene_or_cell_options
 from pickcli.commands.options.stream_options import StreamOptions, stream_options
-from pickcli.commands.runs.pallet_verification import verify_pallet
-from pickcli.commands.runs.verified_drive import verify_driven
 from pickcli.files.file_kind import DRIVE, PLAN, STACKED, FileKind
 
 if TYPE_CHECKING:

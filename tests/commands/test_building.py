@@ -10,8 +10,8 @@ from pathlib import Path
 import click
 import pytest
 
+from pickcli.commands.operations.building import build_report, building
 from pickcli.commands.output.progress_bar import progress_line
-from pickcli.commands.runs.building import build_report, building
 from pickcli.errors import InputError
 from pickcli.jobs.dask_executor import DaskExecutor
 from pickcli.jobs.executors import ProcessExecutor, SerialExecutor, available_cores, runner

@@ -11,8 +11,8 @@ from typing import Any, cast
 import pytest
 
 from pickcli.cell.data_path import data_path
+from pickcli.commands.operations.played_stream import bound_lines, paper_lines
 from pickcli.commands.output.trials_output import cause_lines, rate_line
-from pickcli.commands.runs.played_stream import bound_lines, paper_lines
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, RunOptions
 from pickcli.monte_carlo.trial_comparison import TrialComparison

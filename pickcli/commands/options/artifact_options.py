@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.commands.operations.building import build_report
 from pickcli.commands.options.option_types import PATH
-from pickcli.commands.runs.building import build_report
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

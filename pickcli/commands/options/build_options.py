@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.commands.operations.building import building
 from pickcli.commands.options.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.options.common_options import (
     cell_option,
@@ -20,7 +21,6 @@ from pickcli.commands.options.common_options import (
     seed_option,
 )
 from pickcli.commands.options.option_types import NumberType
-from pickcli.commands.runs.building import building
 from pickcli.path_planning.planner_names import PlannerName
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.plan_verification import timed_certifier
 from pickcli.commands.options.arm_options import preferences_of, seen_by_others
-from pickcli.commands.runs.plan_verification import timed_certifier
 
 if TYPE_CHECKING:
     from pickcli.commands.options.plan_options import PlanOptions

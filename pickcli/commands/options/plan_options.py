@@ -13,6 +13,7 @@ import click
 
 from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.plan_verification import certified
 from pickcli.commands.options.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.options.artifact_options import artifact_options, load_context
 from pickcli.commands.options.common_options import (
@@ -30,7 +31,6 @@ from pickcli.commands.options.option_types import FiniteRange
 from pickcli.commands.options.scene_options import refuse_held, scene_or_empty
 from pickcli.commands.options.transit_options import TransitOptions, transit_options
 from pickcli.commands.output.report import plan_summary, plan_text
-from pickcli.commands.runs.plan_verification import certified
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell

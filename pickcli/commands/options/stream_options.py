@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.plan_verification import timed_certifier
 from pickcli.commands.options.arm_options import ArmRequest, open_alike, open_cell, seen_by_others
 from pickcli.commands.options.common_options import passed_as, refuse_output
 from pickcli.commands.options.option_types import PATH, FiniteRange
 from pickcli.commands.options.scene_options import scene_or_empty
 from pickcli.commands.options.trial_options import is_stated
-from pickcli.commands.runs.plan_verification import timed_certifier
 
 if TYPE_CHECKING:
     from pickcli.commands.options.plan_options import PlanOptions

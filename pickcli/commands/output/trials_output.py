@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pickcli.commands.command import emit_json
+from pickcli.commands.operations.building import building
 from pickcli.commands.options.common_options import refuse_reading
-from pickcli.commands.runs.building import building
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.options.common_options import refuse_reading
 from pickcli.commands.options.people_options import PeopleOptions
+from pickcli.commands.options.trial_options import TrialOptions, is_stated, refuse_options_of_orders
 from pickcli.commands.output.progress_bar import progress
 from pickcli.commands.output.table import table_lines
-from pickcli.commands.options.trial_options import TrialOptions, is_stated, refuse_options_of_orders
 from pickcli.errors import InputError, TrialAbortedError
 
 if TYPE_CHECKING:

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.options.arm_options import ArmRequest
 from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
+from pickcli.commands.options.arm_options import ArmRequest
 from pickcli.commands.options.common_options import refuse_reading
-from pickcli.commands.output.progress_bar import progress
 from pickcli.commands.options.stream_options import StreamOptions
 from pickcli.commands.options.stream_plan_options import StreamPlanOptions
-from pickcli.commands.output.table import table_lines
 from pickcli.commands.options.trial_options import TrialOptions, is_stated, refuse_options_of_orders
+from pickcli.commands.output.progress_bar import progress
+from pickcli.commands.output.table import table_lines
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ import click
 from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.options.common_options import refuse_reading
-from pickcli.commands.output.progress_bar import progress
 from pickcli.commands.options.trial_options import TrialOptions, is_stated, refuse_options_of_orders
+from pickcli.commands.output.progress_bar import progress
 from pickcli.errors import InputError, RejectedError, TrialAbortedError
 
 if TYPE_CHECKING:

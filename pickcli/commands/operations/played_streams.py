@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pickcli.commands.runs.played_stream import bound_lines, paper_lines, refuse_stated, stream_task
+from pickcli.commands.operations.played_stream import bound_lines, paper_lines, refuse_stated, stream_task
 from pickcli.commands.options.stream_plan_options import StreamPlanOptions
 from pickcli.commands.options.trial_options import TrialOptions
 from pickcli.commands.output.trials_output import (

@@ -12,8 +12,13 @@ import click
 
 from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.options.motion_queries import answers_summary, answers_text, queries_of, start_of_queries
-from pickcli.commands.runs.plan_execution import simulated
+from pickcli.commands.operations.plan_execution import simulated
+from pickcli.commands.options.motion_queries import (
+    answers_summary,
+    answers_text,
+    queries_of,
+    start_of_queries,
+)
 from pickcli.commands.output.progress_bar import progress
 from pickcli.simulation.installed_drivers import SIMULATED
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.options.arm_options import refuse_arm_mismatch
 from pickcli.commands.logs import stage
+from pickcli.commands.options.arm_options import refuse_arm_mismatch
 from pickcli.errors import Failures, InputError, RejectedError
 
 if TYPE_CHECKING:

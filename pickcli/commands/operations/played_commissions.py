@@ -8,13 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pickcli.commands.options.people_options import PeopleOptions
-from pickcli.commands.runs.played_commission import (
+from pickcli.commands.operations.played_commission import (
     OF_ORDERS,
     commission_cell,
     commission_conditions,
     commission_task,
 )
+from pickcli.commands.options.people_options import PeopleOptions
 from pickcli.commands.options.trial_options import TrialOptions, refuse_options_of_orders
 from pickcli.commands.output.trials_output import (
     TrialsFolder,
