@@ -49,4 +49,4 @@ class FreeWrist:
         dq = engine.joint_velocities(HAND, self.joints)
         rest = q * 0.0
         gravity = engine.inverse_dynamics(HAND, q, rest, rest)[:n]
-        engine.exert(HAND, self.joints, self.impedance.efforts(q[:n], dq, gravity))
+        engine.exert(HAND, self.joints, self.impedance.efforts(q[:n], dq, gravity, engine.time_step))

@@ -32,21 +32,6 @@ class GraspExecution(StagedExecution):
         super().__init__(world, on_step)
         self._kind = kind
 
-    def run(self, pre_grasp: Array, seconds: float) -> None:
-        """Approach, grasp and lift, until the end or a stop.
-
-        Args:
-            pre_grasp: (6,) m and rad of the wrist before the fingers close.
-            seconds: s of the approach.
-        """
-        self.hand.motor.set_point = self._kind.low_current
-
-        def act() -> None:
-            self.stage(StageName.APPROACH, lambda: self.move(pre_grasp, seconds))
-            self._grasp()
-
-        self.carry_out(act)
-
     def grasp(self) -> None:
         """Grasp from where the open hand is, and lift, until the end or a stop."""
         self.hand.motor.set_point = self._kind.low_current

@@ -9,8 +9,8 @@ from typing import Protocol
 
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import BeltHand, GraspObject
-from pickcli.hand.grasp_execution import GraspExecution
 from pickcli.hand.grasp_world import GraspWorld, Standing, WorldDeviation
+from pickcli.hand.guarded_grasp import GuardedGrasp
 from pickcli.hand.hand_urdf import HINGES
 from pickcli.hand.staged_execution import GraspStage, HandWorld, StageName
 
@@ -119,7 +119,7 @@ def play_grasp(hand: BeltHand, kind: GraspObject, pre_grasp: PreGrasp) -> GraspT
     """
     world = GraspWorld(hand, kind, pre_grasp.stand, pre_grasp.start, pre_grasp.deviation)
     watch = HandWatch(world)
-    execution = GraspExecution(world, kind, watch)
+    execution = GuardedGrasp(world, kind, watch)
     before = {name: float(world.pose(name)[2, 3]) for name in world.names}
     execution.run(pre_grasp.goal, pre_grasp.seconds)
     rise = LIFTED * hand.control.lift

@@ -56,6 +56,7 @@ class GraspWorld:
     Attributes:
         engine: The engine.
         hand: The hand.
+        wrist: The impedance with which it is held.
         names: Names of the objects.
         time: s since the start.
 
@@ -85,6 +86,7 @@ class GraspWorld:
             T = pose((at.x, at.y, self._centre), R=rotation_rpy(0.0, 0.0, at.yaw))
             self.engine.add_solids(name, parts, mass, inertia, T, RED)
         carrier = FreeWrist(self.engine, hand, wrist)
+        self.wrist = carrier.impedance
         self.hand = SimulatedHand(self.engine, hand, carrier, hand.belts.friction * deviation.friction)
         for a, b in combinations((PALM, *FINGER_JOINTS, *HINGES), 2):
             if not {a, b} <= {"left_distal", "right_distal"}:

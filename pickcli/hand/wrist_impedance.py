@@ -8,6 +8,7 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import Wrist
+from pickcli.hand.force_observer import ForceObserver
 
 
 @dataclass
@@ -20,6 +21,7 @@ class WristImpedance:
         wanted: (6,) m and rad: x, y, z, yaw, pitch, roll.
         is_level_soft: Whether it is soft in the horizontal plane.
         stretched: (6,) N and Nm with which the spring and the damper act in the last step.
+        measured: (6,) m and rad, as ``wanted``, in the last step.
     """
 
     wrist: Wrist
@@ -27,6 +29,15 @@ class WristImpedance:
     wanted: Array
     is_level_soft: bool = False
     stretched: Array = field(default_factory=lambda: np.zeros(6))
+    measured: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.measured, self._observer = self.wanted.copy(), ForceObserver(self.mass)
+
+    @property
+    def felt(self) -> Array:
+        """(3,) N with which something pushes the hand, estimated from encoders and torques."""
+        return self._observer.force
 
     @property
     def stiffness(self) -> Array:
@@ -35,13 +46,14 @@ class WristImpedance:
         level = wrist.level if self.is_level_soft else wrist.stiff
         return np.array([level, level, wrist.stiff, *[wrist.turning] * 3])
 
-    def efforts(self, q: Array, dq: Array, gravity: Array) -> Array:
-        """Compute the efforts of the wrist's joints.
+    def efforts(self, q: Array, dq: Array, gravity: Array, dt: float) -> Array:
+        """Compute the efforts of the wrist's joints for a step.
 
         Args:
             q: (6,) m and rad.
             dq: (6,) m/s and rad/s.
             gravity: (6,) N and Nm that bear the hand.
+            dt: s of the step.
 
         Returns:
             (6,) N and Nm.
@@ -50,6 +62,8 @@ class WristImpedance:
         borne = np.array([self.mass] * 3 + [self.wrist.inertia] * 3)
         D = 2.0 * self.wrist.damping * np.sqrt(K * borne)
         self.stretched = K * (self.wanted - q) - D * dq
+        self.measured = q.copy()
+        self._observer.advance(dq[:3], self.stretched[:3], dt)
         return np.asarray(self.stretched + gravity)
 
     @property
