@@ -15,6 +15,7 @@ from pickcli.hand.staged_execution import HandWorld, StagedExecution, StageName
 
 REACHED = 0.95  # share of a current that counts as reached
 CLOSING_TIME = 5.0  # s, after which closing is given up
+CLEARLY = 0.05  # rad beyond the angle of two objects, where one has left
 
 
 class GraspExecution(StagedExecution):
@@ -35,14 +36,21 @@ class GraspExecution(StagedExecution):
     def grasp(self) -> None:
         """Grasp from where the open hand is, and lift, until the end or a stop."""
         self.hand.motor.set_point = self._kind.low_current
-        self.carry_out(self._grasp)
 
-    def _grasp(self) -> None:
+        def act() -> None:
+            self._close_on_one()
+            self._lift_held()
+
+        self.carry_out(act)
+
+    def _close_on_one(self) -> None:
         self.hand.wrist.is_level_soft = True
         self.stage(StageName.CLOSING, self._close)
         if self.hand.motor.angle < self.control.two_objects:
             self.stage(StageName.SEPARATION, self._separate)
             self.stage(StageName.CLOSING, self._close)
+
+    def _lift_held(self) -> None:
         self.stage(StageName.PULL_IN, self._pull_in)
         self.stage(StageName.FIRM, self._hold_firmly)
         self.stage(StageName.LIFT, self._lift)
@@ -57,11 +65,13 @@ class GraspExecution(StagedExecution):
         return "contact" if self.wait_for(self._has_contact, CLOSING_TIME) else "time"
 
     def _separate(self) -> str:
-        speed = self.hand.hand.belts.speed
+        """Run the belts in opposite directions until the fingers stand closer than on two objects."""
+        speed, t_end = self.hand.hand.belts.speed, self.world.time + self.control.separation
         self.hand.run_belts(speed, -speed)
-        self.wait(self.control.separation)
+        while self.hand.motor.angle < self.control.two_objects + CLEARLY and self.world.time < t_end:
+            self.step()
         self.hand.run_belts(0.0, 0.0)
-        return "time"
+        return "one object left" if self.world.time < t_end else "time"
 
     def _has_blocked(self) -> bool:
         return {link.split("_")[0] for link in self.blocked()} == {"left", "right"}

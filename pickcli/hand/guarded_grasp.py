@@ -17,12 +17,14 @@ from pickcli.hand.grasp_execution import GraspExecution
 from pickcli.hand.grasp_world import GraspWorld
 from pickcli.hand.staged_execution import SETTLED, StageName
 
-MET = 0.7  # N in the horizontal plane: the hand has met an object
-LIES = 2.0  # N upwards before the approach: the hand lies on something
-CLEAR = 1e-3  # m that it is raised beyond that
+MET = 1.0  # N in the horizontal plane: the hand has met an object
+LIES = 1.0  # N upwards before the approach: the hand lies on something
+RAISED_AT_MOST, RAISING_TIME = 0.02, 1.0  # m and s of raising it until it does not
 BACKED = 0.01  # m straight back from what was met, so that it stands upright again
 BACKING_TIME = 0.3  # s
 RIGHTING_TIME = 0.3  # s in which an object that leaned on the hand comes to rest
+TOUCHING, STRAIGHT = 0.005, 0.1  # m between the tips and rad of the hinges of fingers with nothing between them
+GOING_ON_TIME = 0.6  # s
 
 
 class GuardedGrasp(GraspExecution):
@@ -51,7 +53,11 @@ class GuardedGrasp(GraspExecution):
 
         def act() -> None:
             self.stage(StageName.APPROACH, lambda: self._approach(pre_grasp, seconds))
-            self._grasp()
+            self._close_on_one()
+            if self.stages[0].ended_by == "contact" and self._is_empty():
+                self._go_on(pre_grasp)
+                self._close_on_one()
+            self._lift_held()
 
         self.carry_out(act)
 
@@ -63,12 +69,13 @@ class GuardedGrasp(GraspExecution):
 
     def _raise(self) -> Array:
         """Raise the hand off what it lies on, and return by how much ((6,) m and rad)."""
-        wrist, way = self._wrist, np.zeros(6)
+        wrist = self._wrist
         self.wait(SETTLED)
+        before = wrist.wanted.copy()
         if wrist.felt[2] > LIES:
-            way[2] = wrist.felt[2] / wrist.wrist.stiff + CLEAR
-            self.move(wrist.wanted + way, BACKING_TIME)
-        return way
+            up = np.array([0.0, 0.0, RAISED_AT_MOST, 0.0, 0.0, 0.0])
+            self.move(before + up, RAISING_TIME, until=lambda: bool(wrist.felt[2] < LIES))
+        return wrist.wanted - before
 
     def _has_met(self) -> bool:
         return bool(np.hypot(*self._wrist.felt[:2]) > MET)
@@ -81,3 +88,16 @@ class GuardedGrasp(GraspExecution):
         back = BACKED * np.array([np.cos(yaw), np.sin(yaw), 0.0, 0.0, 0.0, 0.0])
         self.move(wrist.wanted - back, BACKING_TIME)
         self.wait(RIGHTING_TIME)
+
+    def _is_empty(self) -> bool:
+        """The fingers are straight and their tips touch: what was met is not between them."""
+        hand = self.hand
+        gap = -float(hand.tips[:, 1].sum())
+        return gap < TOUCHING and bool(np.abs(hand.fingers[:, 1]).max() < STRAIGHT)
+
+    def _go_on(self, pre_grasp: Array) -> None:
+        """Open, and go on to where the hand was to close, past what it met."""
+        wrist = self._wrist
+        self.stage(StageName.OPENING, lambda: self.turn_to(-self.hand.hand.fingers.widest))
+        wrist.wanted, wrist.is_level_soft = wrist.measured.copy(), False
+        self.stage(StageName.APPROACH, lambda: self.move(pre_grasp, GOING_ON_TIME))

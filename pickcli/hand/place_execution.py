@@ -14,8 +14,6 @@ STANDS = 8.0  # N that the arm presses down more than before: what is held stand
 LOWERING_SPEED = 0.03  # m/s in the mean
 LET_GO = -0.56  # rad of the closing motor, at which pads are clear of cans, and not yet of far neighbours
 PAST = 0.02  # rad by which the motor may come to rest beyond such an angle
-OPENING_SPEED = 0.4  # rad/s of the closing motor
-OPENING_TIME = 4.0  # s, after which opening is given up
 BACKED = 0.12  # m straight back, out of the fingers' reach
 BACKING_TIME = 1.2  # s
 
@@ -32,7 +30,7 @@ class PlaceExecution(StagedExecution):
 
         def act() -> None:
             self.stage(StageName.LOWERING, lambda: self._lower(deepest))
-            self.stage(StageName.OPENING, lambda: self._turn_to(LET_GO))
+            self.stage(StageName.OPENING, lambda: self.turn_to(LET_GO))
             self.stage(StageName.BACKING, self._back_off)
 
         self.carry_out(act)
@@ -43,13 +41,13 @@ class PlaceExecution(StagedExecution):
         Args:
             angle: rad of the closing motor.
         """
-        self.carry_out(lambda: self.stage(StageName.OPENING, lambda: self._turn_to(angle)))
+        self.carry_out(lambda: self.stage(StageName.OPENING, lambda: self.turn_to(angle)))
 
     def leave(self) -> None:
         """Open the fingers as far as they go and back off, until the end or a stop."""
 
         def act() -> None:
-            self.stage(StageName.OPENING, lambda: self._turn_to(-self.hand.hand.fingers.widest))
+            self.stage(StageName.OPENING, lambda: self.turn_to(-self.hand.hand.fingers.widest))
             self.stage(StageName.BACKING, self._back_off)
 
         self.carry_out(act)
@@ -63,19 +61,6 @@ class PlaceExecution(StagedExecution):
         # The hand would follow that far down as soon as it lets go.
         wrist.wanted[2] += (borne - wrist.lifting) / self.hand.hand.wrist.stiff
         return ended_by
-
-    def _turn_to(self, angle: float) -> str:
-        """Turn the closing motor to an angle (rad)."""
-        motor = self.hand.motor
-        way = 1.0 if angle > motor.angle else -1.0
-        motor.wanted = way * OPENING_SPEED
-        t_end = self.world.time + OPENING_TIME
-        while way * (angle - motor.angle) > 0.0 and self.world.time < t_end:
-            self.step()
-        is_there = way * (angle - motor.angle) <= 0.0
-        motor.wanted = 0.0
-        self.wait(SETTLED)
-        return "open" if is_there else "time"
 
     def _back_off(self) -> str:
         yaw, wanted = float(self.hand.wrist.wanted[3]), self.hand.wrist.wanted

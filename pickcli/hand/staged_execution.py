@@ -17,6 +17,8 @@ from pickcli.hand.simulated_hand import SimulatedHand
 
 BLOCKED = 0.2  # share of its speed below which a belt is blocked
 SETTLED = 0.2  # s after a motion in which the arm comes to rest
+OPENING_SPEED = 0.4  # rad/s of the closing motor
+OPENING_TIME = 4.0  # s, after which opening is given up
 
 
 class StageName(StrEnum):
@@ -190,6 +192,26 @@ class StagedExecution:
                 return "contact"
         self.wait(SETTLED)
         return "arrived"
+
+    def turn_to(self, angle: float) -> str:
+        """Turn the closing motor to an angle.
+
+        Args:
+            angle: rad.
+
+        Returns:
+            What ended it.
+        """
+        motor = self.hand.motor
+        way = 1.0 if angle > motor.angle else -1.0
+        motor.wanted = way * OPENING_SPEED
+        t_end = self.world.time + OPENING_TIME
+        while way * (angle - motor.angle) > 0.0 and self.world.time < t_end:
+            self.step()
+        is_there = way * (angle - motor.angle) <= 0.0
+        motor.wanted = 0.0
+        self.wait(SETTLED)
+        return "open" if is_there else "time"
 
     def blocked(self) -> tuple[str, ...]:
         """Return the links whose belts are to run, and do not."""
