@@ -135,7 +135,7 @@ class GraspControl:
         standing: rad/s below which the encoder of the closing motor stands.
         standing_time: s for which it stands, or a belt blocks, until that counts.
         two_objects: rad; if the fingers stand on something wider than at this angle, two objects are taken.
-        separation: s during which the belts run in opposite directions.
+        separation: s after which belts in opposite directions stop though two objects are still held.
         pull_in: s after which pulling in ends though no belt blocks.
         firm: s for which the higher current builds up.
         lift: m.

@@ -1,7 +1,7 @@
-"""The force with which something pushes a hand, from its motion and the forces of its motors, without a sensor.
+"""The force with which something pushes a hand, from its motion and the forces of its motors alone.
 
-Source: De Luca and Mattone, "Sensorless robot collision detection and hybrid force/motion control", ICRA 2005:
-what changes the momentum beyond the commanded forces comes from outside.
+Source: De Luca and Mattone, "Sensorless robot collision detection and hybrid force/motion control" (ICRA
+2005): what changes the momentum beyond the commanded forces comes from outside.
 """
 
 from __future__ import annotations

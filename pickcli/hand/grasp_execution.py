@@ -1,4 +1,4 @@
-"""Executes grasps: approach, closing, separation of two objects, pulling in, firm grasp, lift.
+"""Executes grasps: closing, separation of two objects, pulling in, firm grasp, lift.
 
 The stages are those of Krug et al. (RA-L 2016, section III-C and figure 4).
 """
@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pickcli.geometry import Array
 from pickcli.hand.belt_hand import GraspObject
 from pickcli.hand.staged_execution import HandWorld, StagedExecution, StageName
 

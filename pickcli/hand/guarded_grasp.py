@@ -1,4 +1,4 @@
-"""Approaches an object by a guarded move before it is grasped: the hand stops and backs off where it meets something.
+"""Grasps after a guarded approach: the hand stops and backs off where it meets something.
 
 The hand feels by what the encoders and torques of its wrist tell (``force_observer``); it does not know where
 the object is. Source of guarded moves: Will and Grossman, "An experimental system for computer controlled
@@ -23,7 +23,7 @@ RAISED_AT_MOST, RAISING_TIME = 0.02, 1.0  # m and s of raising it until it does 
 BACKED = 0.01  # m straight back from what was met, so that it stands upright again
 BACKING_TIME = 0.3  # s
 RIGHTING_TIME = 0.3  # s in which an object that leaned on the hand comes to rest
-TOUCHING, STRAIGHT = 0.005, 0.1  # m between the tips and rad of the hinges of fingers with nothing between them
+TOUCHING, STRAIGHT = 0.005, 0.1  # m between tips and rad of hinges, of fingers around nothing
 GOING_ON_TIME = 0.6  # s
 
 

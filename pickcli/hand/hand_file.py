@@ -131,7 +131,7 @@ class GraspControlModel(FileModel):
     two_objects: Annotated[float, Field(ge=-1.2, le=1.2)] = Field(
         description="rad; fingers that stand farther open hold two objects"
     )
-    separation: Duration = Field(description="s of belts in opposite directions")
+    separation: Duration = Field(description="s of belts in opposite directions, at most")
     pull_in: Duration = Field(description="s of pulling in, at most")
     firm: Duration = Field(description="s of the higher current before the lift")
     lift: Annotated[float, Field(ge=0.01, le=1)] = Field(description="m")

@@ -1,7 +1,7 @@
 """Stages of what a hand does, one after the other, until the last one or a stop by a torque threshold.
 
-The controller knows currents and encoders of the motors and the torques with which the hand is held; it does
-not know where objects are.
+The controller knows currents and encoders of the motors, the encoders of the fingers' joints, and the torques
+and the motion with which the hand is held; it does not know where objects are.
 """
 
 from __future__ import annotations
