@@ -13,7 +13,7 @@ from pickcli.hand.grasp_trial import GraspEnd, play_grasp
 from pickcli.hand.grasp_world import GraspWorld, Standing
 from pickcli.hand.guarded_grasp import BACKED, LIES, MET, GuardedGrasp
 from pickcli.hand.pre_grasps import GraspPoses, pre_grasps, single_grasp
-from pickcli.hand.staged_execution import GraspStage, StageName
+from pickcli.hand.staged_execution import SETTLED, GraspStage, StageName
 from support.belt_hands import HAND, post
 
 TOO_NEAR = (0.05, 0.013, 0.02, 0.17, -0.17)  # m and rad: the palm would end in the object, high up
@@ -84,7 +84,7 @@ def test_an_approach_through_free_air_feels_nothing() -> None:
     felt: list[float] = []
 
     def look() -> None:
-        if not world.wrist.is_level_soft and world.time > guarded_grasp.SETTLED:
+        if not world.wrist.is_level_soft and world.time > SETTLED:
             felt.append(float(np.hypot(*world.wrist.felt[:2])))
 
     execution = GuardedGrasp(world, kind, look)
