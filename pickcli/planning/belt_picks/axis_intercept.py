@@ -219,7 +219,7 @@ def _met(belt: AxisBelt, window: ContactWindow, start: Start, t_contact: float) 
         failures, missing = failures + found.failures, t_contact + found.late - latest
         later = t_contact + found.by
         # Tried in steps, it is also tried at the last moment.
-        t_contact = latest if found.by > found.late and t_contact < latest < later else later
+        t_contact = latest if found.by != found.late and t_contact < latest < later else later
     if missing > 0.0:
         late = f"by {1e3 * missing:.0f} ms"
         failures += Reason("too late", str(window.taking.motion.grasp), late)
