@@ -1,12 +1,10 @@
 """Measures how well a tool meets an item on a belt: where it is on the item, and how fast over it.
 
-The speed is that over ``SLIDING`` s: as an item hangs on the cup, the physics forgets all of its contacts for
-one step (``simulation.engine``), in which what stands on a round base gets 10 mm/s and moves by 0.01 mm.
+Of the speed the one step is left out in which the tool takes hold of the item: the engine forgets all of the
+item's contacts then (``Engine.set_collision``), and what stands on a round base gets 10 mm/s for that step.
 """
 
 from __future__ import annotations
-
-from collections import deque
 
 import numpy as np
 
@@ -18,7 +16,6 @@ from pickcli.stream_trials.stream_result import MeetingRecord
 
 TOUCH = 0.001  # m of the tool from its planned place, along its axis, within which it is at the item
 NEAR = 0.03  # m of the tool from that place across its axis, beyond which it is not on its way there
-SLIDING = 0.01  # s over which the speed over the item is measured
 RESTING = 0.003  # m/s of the tool along its axis relative to the item, below which it rests there
 
 
@@ -43,10 +40,6 @@ class MeetingWatch:
         if plan.tracking is not None:
             self.along = world.cell.carriers[plan.tracking.conveyor].T_world_carrier[:3, 0]
         self.slip, self.offset = 0.0, np.inf
-        steps = round(SLIDING / world.time_step)
-        self._slid = deque[float](
-            maxlen=steps + 1
-        )  # m of the tool along the belt from its place, at each step
         self.t_held: float | None = None
 
     def after_step(self, world: World) -> None:
@@ -69,9 +62,8 @@ class MeetingWatch:
             self.t_rests = world.t
         if self.t_rests is None:
             return
-        self._slid.append(float((tip[:3, 3] - T_world_place[:3, 3]) @ self.along))
-        if len(self._slid) == self._slid.maxlen:
-            self.slip = max(self.slip, abs(self._slid[-1] - self._slid[0]) / SLIDING)
+        if world.t != self.t_held:
+            self.slip = max(self.slip, abs(float(linear @ self.along)))
         self.offset = float(np.hypot(off[0, 3], off[1, 3]))
 
     def measured(self, t_start: float) -> MeetingRecord | None:

@@ -26,8 +26,8 @@ class MeetingRecord:
     Attributes:
         t_contact: s of the stream at which the contact was planned to be made.
         late: s from the planned contact until the tool held the item.
-        slip: m/s, largest speed of the tool along the belt over the item, averaged over 10 ms, while it was
-            to take it.
+        slip: m/s, largest speed of the tool along the belt relative to the item while it was to take it, but
+            for the step in which it took hold of it.
         offset: m between the tool and its planned place on the item, across the tool's axis, when it was to
             lift.
     """
