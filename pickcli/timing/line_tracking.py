@@ -17,7 +17,7 @@ from pickcli.motion.trajectory import Trajectory
 
 RAMP_PIECES = 8  # of a trajectory, in each ramp
 MOST_PACE = 1.05  # of the time of a plan that catches up with the belt: its lines have room for that
-BACK = 0.75  # of the pace of lines, at which they are gone back: a short way leaves no room to slow down
+BACK = 0.85  # of the pace of lines, at which they are gone back: a short way leaves no room to slow down
 SAME_TIME = 1e-6  # s: nearer points are one
 
 

@@ -29,7 +29,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.timing.line_tracking import BACK, MOST_PACE, ramp_time
 
-TURNED = 0.35  # s in which a way off the belt turns back, and the axis comes to rest at its end
+TURNED = 0.4  # s in which a way off the belt turns back, and the axis comes to rest at its end
 MOST_PACED = 3  # times that lines with the item are slowed down
 KEPT = 0.97  # of the velocity that is left, between points of the trajectory
 SLOWEST = 0.1  # of their speed, at which they would last too long
