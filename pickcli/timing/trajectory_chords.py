@@ -41,7 +41,8 @@ def swept_chords(trajectory: Trajectory, axis: int, low: Array, high: Array) -> 
         high: (N - 1,) rad or m, greatest displacement.
 
     Returns:
-        Ends (2 N - 2, n) of the edges, which are joined to one path, and slack (2 N - 3, n).
+        Ends (2 N - 2, n) of the edges, which are joined to one path, and slack (2 N - 3, n), none on what
+        only joins them.
     """
     q, off = trajectory_chords(trajectory)
     middle, slack = (q[:-1] + q[1:]) / 2, np.abs(np.diff(q, axis=0)) / 2 + off
@@ -50,6 +51,5 @@ def swept_chords(trajectory: Trajectory, axis: int, low: Array, high: Array) -> 
     ends[:, 1, axis] += high + slack[:, axis]
     slack[:, axis] = 0.0
     ends[1::2] = ends[1::2, ::-1]  # back and forth, so that the edges between two pieces are short
-    between = np.maximum(slack[:-1], slack[1:])
-    every = np.stack([slack, np.vstack([between, slack[-1:]])], axis=1).reshape(-1, q.shape[1])
+    every = np.stack([slack, np.zeros_like(slack)], axis=1).reshape(-1, q.shape[1])
     return ends.reshape(-1, q.shape[1]), every[:-1]

@@ -29,8 +29,9 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
     """
     points = trajectory.times
     h = np.diff(points)
-    n_each = max(2, int(np.ceil(h.max() / SAMPLE_TIME)))
-    t = np.append(points[:-1, None] + h[:, None] * np.arange(n_each) / n_each, points[-1])
+    n_each = np.maximum(2, np.ceil(h / SAMPLE_TIME)).astype(int)
+    nth = np.arange(n_each.sum()) - np.repeat(np.cumsum(n_each) - n_each, n_each)
+    t = np.append(np.repeat(points[:-1], n_each) + nth * np.repeat(h / n_each, n_each), points[-1])
     q, velocity, acceleration = states_at(trajectory, t)
     return hold.in_motion(arm.tip_motion(q, velocity, acceleration, tool_state))
 

@@ -32,7 +32,6 @@ def why_not_proven(
     Returns:
         The reason for the first quintic that is not proven free; None if all are.
     """
-    chords, slack = trajectory_chords(run.trajectory)
     times = run.trajectory.times
     spans = zip(run.part_times[:-1], run.part_times[1:], strict=True)
     for segment, checker, (t_start, t_end) in zip(segments, checkers, spans, strict=True):
@@ -40,11 +39,11 @@ def why_not_proven(
         last = min(len(times) - 1, int(np.searchsorted(times, t_end, side="left")))
         if last <= first:
             continue
-        i = checker.first_blocked_edge(chords[first : last + 1], slack[first:last])
+        chords, slack = trajectory_chords(_piece(run.trajectory, first, last))
+        i = checker.first_blocked_edge(chords, slack)
         if i >= 0:
-            k = first + i
-            reason = checker.explain_path(chords[k : k + 2], slack[k : k + 1])
-            where = f"{segment.kind} at {times[k]:.3f} s"
+            reason = checker.explain_path(chords[i : i + 2], slack[i : i + 1])
+            where = f"{segment.kind} at {times[first + i]:.3f} s"
             what = "the timed motion is not proven free"
             return Reason(what, where, str(reason), reason.in_the_way)
     return None
@@ -73,18 +72,22 @@ def why_not_swept(
     last = min(len(t) - 1, int(np.searchsorted(t, segment.t_end, side="left")))
     if last <= first:
         return None
-    at = slice(first, last + 1)
-    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
-    piece = Trajectory(trajectory.joint_names, t[at], *(row[at] for row in rows))
-    low, high = (shift[at] for shift in shifts)
+    low, high = (shift[first : last + 1] for shift in shifts)
     least, most = (np.repeat(each, parts) for each in _bounds(low, high))
-    edges, slack = swept_chords(divided(piece, parts), axis, least, most)
+    edges, slack = swept_chords(divided(_piece(trajectory, first, last), parts), axis, least, most)
     i = checker.first_blocked_edge(edges, slack)
     if i < 0:
         return None
     reason = checker.explain_path(edges[i : i + 2], slack[i : i + 1])
     where = f"{segment.kind} at {t[first + i // (2 * parts)]:.3f} s"
     return Reason("the timed motion is not proven free", where, str(reason), reason.in_the_way)
+
+
+def _piece(trajectory: Trajectory, first: int, last: int) -> Trajectory:
+    """Return the motion from one of its points to another."""
+    at = slice(first, last + 1)
+    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    return Trajectory(trajectory.joint_names, trajectory.times[at], *(row[at] for row in rows))
 
 
 def _bounds(low: Array, high: Array) -> tuple[Array, Array]:

@@ -166,7 +166,8 @@ def stitch_tracked(
         why = f"coming to rest from the belt's speed: {slow}"
         return Failures.of(Reason("joint too slow", str(taking.motion.grasp), why))
     proofs = _proofs(meeting, taking, carried, timed)
-    at_work = partial(_why_not_free_at_work, meeting, taking, trajectory)
+    as_seen = relative_to_belt(trajectory, meeting.axis, meeting.speed, taking.t_planned)
+    at_work = partial(_why_not_free_at_work, meeting, taking, (trajectory, as_seen))
     unproven = why_not_free(context, proofs, trajectory, segments, at_work)
     if unproven is not None:
         return Failures.of(unproven)
@@ -313,14 +314,18 @@ def _along(part: PlanPart, axis: int, by: float) -> PlanPart:
 
 
 def _why_not_free_at_work(
-    meeting: Meeting, taking: TimedTaking, trajectory: Trajectory, proof: SceneSegment, segment: Segment
-) -> Reason | None:
-    """Explain why a segment is not proven free while the tool works on the belt."""
+    meeting: Meeting, taking: TimedTaking, motions: tuple[Trajectory, Trajectory],
+    proof: SceneSegment, segment: Segment,
+) -> Reason | None:  # fmt: skip
+    """Explain why a segment is not proven free while the tool works on the belt.
+
+    motions: in the hall, and as the belt sees it
+    """
+    trajectory, as_seen = motions
     context, axis, mode = taking.problem.context, meeting.axis, proof.segment.mode
     target = {taking.problem.target.id}
     riding = {item.id for item in proof.scene.in_location(taking.problem.place.name)}
     others = set(build_world(context.model, proof.scene).names) - riding
-    as_seen = relative_to_belt(trajectory, axis, meeting.speed, taking.t_planned)
     # What is worked on is met where it is planned to be: displaced, the touch would count as too deep.
     run = run_of(as_seen, segment)
     met = context.checker_for(proof.scene, without(others | riding - target, mode))
