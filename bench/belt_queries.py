@@ -36,7 +36,7 @@ from pickcli.scene.item_stream import ItemStream
 from pickcli.seeds import derived_rng
 from pickcli.stream_trials.stream_arms import destination_of
 from pickcli.stream_trials.stream_rules import StreamRule
-from pickcli.stream_trials.stream_trial import SPEED_ERROR
+from pickcli.stream_trials.stream_trial_request import SPEED_ERROR
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.verification.verify import certifier
 

@@ -37,7 +37,7 @@ from pickcli.seeds import derived_rng
 from pickcli.simulation.execute import execute
 from pickcli.simulation.operator_stop import OperatorStop, signal_of
 from pickcli.simulation.world import World
-from pickcli.stream_trials.stream_trial import SPEED_ERROR
+from pickcli.stream_trials.stream_trial_request import SPEED_ERROR
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import certifier
 

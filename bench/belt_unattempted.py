@@ -33,9 +33,11 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
-from pickcli.stream_trials import stream_trial
+from pickcli.stream_trials import pick_queries
 from pickcli.stream_trials.belt_camera import BeltCamera
 from pickcli.stream_trials.stream_result import ItemOutcome
+from pickcli.stream_trials.stream_trial import play_stream
+from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +87,7 @@ def answers_noted(refused: dict[str, list[Refused]], planned_for: set[str]) -> I
 
     with ExitStack() as patches:
         for name, noted in (("plan_intercept", planned), ("why_never", never)):
-            patches.enter_context(mock.patch.object(stream_trial, name, noted))
+            patches.enter_context(mock.patch.object(pick_queries, name, noted))
         yield
 
 
@@ -106,12 +108,10 @@ def main() -> None:
     stream = make_stream(
         contexts[0].cell, StreamRequest(options.items, options.speed, (low, high)), options.seed
     )
-    request = stream_trial.StreamTrialRequest(
-        stream, camera=BeltCamera() if options.camera else None, seed=options.seed
-    )
+    request = StreamTrialRequest(stream, camera=BeltCamera() if options.camera else None, seed=options.seed)
     refused, planned_for = defaultdict[str, list[Refused]](list), set[str]()
     with answers_noted(refused, planned_for):
-        result = stream_trial.play_stream(request, contexts).result
+        result = play_stream(request, contexts).result
     missed = [each for each in result.items if each.outcome is ItemOutcome.NOT_ATTEMPTED]
     delivered = sum(each.outcome is ItemOutcome.DELIVERED for each in result.items)
     print(f"{delivered} of {len(result.items)} delivered, {len(missed)} not attempted")

@@ -1,7 +1,8 @@
 """Stream trials: items that come on a conveyor, picked as they pass, or told why not.
 
-`stream_trial` plays a stream by one of the `stream_rules` with the `stream_arms`; `pick_schedule` says which
-item is taken next. What the robot knows of the items is exact, or a `belt_perception` by a `belt_camera`. A
+`stream_trial` plays what a `stream_trial_request` asks for, with the `stream_arms`, until no `open_item` is
+left: `pick_queries` plan by one of the `stream_rules` for the next ones, and `pick_schedule` says which is
+taken. What the robot knows of them is a `bounded_perception`, or a `belt_perception` by a `belt_camera`. A
 `meeting_watch` measures each pick, a `stream_result` says what became of the items; `stream_record` is what
 its file says, checked by a `stream_record_schema`, beside others in a `stream_folder`.
 

@@ -13,7 +13,8 @@ from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes
 from pickcli.motion.plan_file import write_plan
 from pickcli.scene.stream_file import write_stream
-from pickcli.stream_trials.stream_trial import PlayedStream, StreamPlan
+from pickcli.stream_trials.pick_queries import StreamPlan
+from pickcli.stream_trials.stream_trial import PlayedStream
 from pickcli.trial.motion_record import RecordedMotion, motion_values, read_motion_of, write_motion
 from pickcli.trial.trial_folder import MOTION, RECORD, write_files
 from pickcli.trial.trial_record import record_digest, write_record

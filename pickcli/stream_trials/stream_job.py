@@ -13,7 +13,8 @@ from pickcli.monte_carlo.trial_job import packed_folder
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.stream_trials.stream_folder import write_stream_folder
 from pickcli.stream_trials.stream_record import stream_record
-from pickcli.stream_trials.stream_trial import StreamTrialRequest, play_stream
+from pickcli.stream_trials.stream_trial import play_stream
+from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 
 
 @dataclass(frozen=True, eq=False)

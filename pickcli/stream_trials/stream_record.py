@@ -15,7 +15,7 @@ from pickcli.scene.item_stream import ItemStream
 from pickcli.scene.stream_file import read_stream
 from pickcli.stream_trials.stream_record_schema import refuse_bad_stream_record
 from pickcli.stream_trials.stream_result import StreamTrialResult
-from pickcli.stream_trials.stream_trial import StreamTrialRequest
+from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 from pickcli.trial.record_kind import RecordKind
 
 COUNTS = "presented", "attempted", "delivered", "collisions", "limit_violations", "stops"

@@ -10,7 +10,8 @@ import pytest
 from pickcli.page.page_document import PageDocument
 from pickcli.page.stream_trial_page import stream_trial_page, waiting_scene
 from pickcli.stream_trials.stream_record import stream_record
-from pickcli.stream_trials.stream_trial import PlayedStream, StreamTrialRequest, play_stream
+from pickcli.stream_trials.stream_trial import PlayedStream, play_stream
+from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 from pickcli.trial.motion_record import RecordedMotion, motion_values, parse_motion
 from support.belt_picks import cell, context, stream
 

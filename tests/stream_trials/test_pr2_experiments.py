@@ -10,7 +10,8 @@ from pickcli.cell.data_path import data_path
 from pickcli.planning.pick_settings import DropPlace
 from pickcli.scene.stream_file import read_stream
 from pickcli.stream_trials.stream_result import ItemOutcome
-from pickcli.stream_trials.stream_trial import StreamTrialRequest, play_stream
+from pickcli.stream_trials.stream_trial import play_stream
+from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 from support.pr2_picks import context
 
 

@@ -21,7 +21,8 @@ from pickcli.scene.item_stream import RidingItem
 from pickcli.scene.stream_file import write_stream
 from pickcli.stream_trials.stream_result import ItemOutcome
 from pickcli.stream_trials.stream_rules import StreamRule
-from pickcli.stream_trials.stream_trial import StreamTrialRequest, play_stream
+from pickcli.stream_trials.stream_trial import play_stream
+from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 from pickcli.verification.verify import certifier
 from support import belt_picks, pr2_picks
 from support.command_line import apc, misused, refused

@@ -27,13 +27,15 @@ from pickcli.simulation.execution import Execution
 from pickcli.simulation.reality import Reality
 from pickcli.simulation.scene_bodies import true_masses
 from pickcli.simulation.world import World
-from pickcli.stream_trials import stream_trial
+from pickcli.stream_trials import pick_queries, stream_trial
 from pickcli.stream_trials.belt_camera import BeltCamera
+from pickcli.stream_trials.pick_queries import QUERY_CHARGE
 from pickcli.stream_trials.pick_schedule import PlannedPick, next_pick
 from pickcli.stream_trials.stream_arms import StreamArms
 from pickcli.stream_trials.stream_result import ItemOutcome, StreamTrialResult
 from pickcli.stream_trials.stream_rules import StreamRule
-from pickcli.stream_trials.stream_trial import MOST_ATTEMPTS, QUERY_CHARGE, StreamTrialRequest, play_stream
+from pickcli.stream_trials.stream_trial import MOST_ATTEMPTS, play_stream
+from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 from support import pr2_picks
 from support.belt_picks import cell, context
 
@@ -72,7 +74,7 @@ def test_a_pick_is_planned_once_more_with_what_was_seen_since(monkeypatch: pytes
         asked.append((query.now, noise.position, np.array_equal(start.q, context.cell.home.q)))
         return plan_intercept(context, seen, query, start, *rest)
 
-    monkeypatch.setattr(stream_trial, "plan_intercept", noted)
+    monkeypatch.setattr(pick_queries, "plan_intercept", noted)
     seen_by = StreamTrialRequest(of(1, 0.2, (2.0, 2.2)), camera=BeltCamera())
     (only,) = play_stream(seen_by, [context()]).result.items
     times, bounds, rested = zip(*asked, strict=True)
@@ -86,7 +88,7 @@ class Answers:
 
     def __init__(self, patch: pytest.MonkeyPatch, refuses: Callable[[Answers, InterceptQuery], bool]) -> None:
         self.asked, self.taken, self._refuses = list[InterceptQuery](), list[str](), refuses
-        patch.setattr(stream_trial, "plan_intercept", self._planned)
+        patch.setattr(pick_queries, "plan_intercept", self._planned)
         patch.setattr(stream_trial._StreamTrial, "_execute", self._executed())
 
     def _planned(self, context: PlanningContext, seen: ItemStream, query: InterceptQuery, *rest: Any) -> Plan:
@@ -115,7 +117,7 @@ def test_of_the_next_items_not_always_the_first_is_taken(monkeypatch: pytest.Mon
         return chosen
 
     Answers(monkeypatch, refuses=lambda answers, query: False)
-    monkeypatch.setattr(stream_trial, "next_pick", noted)
+    monkeypatch.setattr(pick_queries, "next_pick", noted)
     result = play_stream(StreamTrialRequest(of(16, 0.33, (0.25, 0.4), seed=5)), [context()]).result
     assert any(n > 1 for n, _ in choices) and any(k > 0 for _, k in choices)
     passed = [each.reason for each in result.items if each.outcome is ItemOutcome.NOT_ATTEMPTED]
@@ -183,7 +185,7 @@ def test_the_stated_error_of_the_speed_holds_the_true_speed(monkeypatch: pytest.
         believed.append(stream)
         raise NoPlanError("pick", [Reason("no", "", "")])
 
-    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", remember)
+    monkeypatch.setattr("pickcli.stream_trials.pick_queries.plan_intercept", remember)
     play_stream(StreamTrialRequest(of(2, 0.33, (0.3, 0.4))), [context()])
     assert len(believed) > 5
     assert all(each.speed - each.speed_error <= 0.33 <= each.speed for each in believed)
@@ -243,7 +245,7 @@ def test_an_item_that_leaves_sooner_than_any_pick_takes_costs_no_query(
         asked.setdefault(query.item, []).append(left)
         return plan_intercept(context, stream, query, *rest)
 
-    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", remember)
+    monkeypatch.setattr("pickcli.stream_trials.pick_queries.plan_intercept", remember)
     result = play_stream(StreamTrialRequest(of(4, 0.33, (0.25, 0.3))), [context()]).result
     first, *others = result.items
     assert first.outcome is ItemOutcome.DELIVERED and len(asked[first.item]) == 1
@@ -285,7 +287,7 @@ def test_the_time_of_a_query_is_all_that_it_took_with_a_plan_or_without(
         return plan_intercept(*rest).with_statistics(planning_ms=0.0)
 
     monkeypatch.setattr(StreamRule, "filtered", filtered)
-    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", refuse_first)
+    monkeypatch.setattr("pickcli.stream_trials.pick_queries.plan_intercept", refuse_first)
     result = play_stream(StreamTrialRequest(of(1, 0.1, (2.0, 2.2))), [context()]).result
     assert result.n_attempted == 1 and result.planning_ms[0] >= 20.0 and result.refusing_ms[0] >= 20.0
 
@@ -299,7 +301,7 @@ def test_an_arm_that_cannot_be_parked_is_a_reason_beside_those_of_its_own_querie
     def stuck(*rest: Any) -> Plan:
         raise NoPlanError("park arm left", [Reason("no way")])
 
-    monkeypatch.setattr("pickcli.stream_trials.stream_trial.plan_intercept", refuse)
+    monkeypatch.setattr("pickcli.stream_trials.pick_queries.plan_intercept", refuse)
     monkeypatch.setattr(StreamArms, "parking", stuck)
     items = pr2_picks.stream()
     request = StreamTrialRequest(replace(items, items=items.items[:1]))

@@ -1,0 +1,70 @@
+"""An item of a stream while it is open: where it truly rides, and what was tried with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from pickcli.scene.item_stream import RidingItem
+from pickcli.stream_trials.stream_result import MeetingRecord
+
+TRY_AGAIN = 0.5  # s after which an item without a plan is tried again
+
+
+@dataclass
+class OpenItem:
+    """An item of the stream that is neither delivered nor lost yet: where it truly rides, and what was tried.
+
+    Attributes:
+        riding: Where it truly rides.
+        attempts: Number of picks of it that were executed.
+        reason: Why it is not taken, as far as that is known; "" if nothing is against it.
+        t_next: s of the stream before which it is not asked for again.
+        t_end: s at which the last attempt at it was over; None before the first.
+        met: How the tool met it; None if it did not.
+        arm: The arm that tried it last.
+        clearance: m, proven of the last plan for it.
+        cost_bound: Proven bound on the cost of that plan's transit; None without one.
+        was_known: Whether it was ever perceived.
+        refusals: Why an arm had no plan when it was first asked, by arm.
+        is_planned: Whether there was a plan when it was last asked for.
+    """
+
+    riding: RidingItem
+    attempts: int = 0
+    reason: str = ""
+    t_next: float = 0.0
+    t_end: float | None = None
+    met: MeetingRecord | None = None
+    arm: str = ""
+    clearance: float | None = None
+    cost_bound: float | None = None
+    was_known: bool = False
+    refusals: dict[str, str] = field(default_factory=dict)
+    is_planned: bool = False
+
+    def refuse(self, arm: str, why: str) -> None:
+        """Note why an arm has no plan. Asked again later it is only later, so that its first reason stays.
+
+        Args:
+            arm: The arm.
+            why: The reason.
+        """
+        self.refusals.setdefault(arm, why)
+        if len(self.refusals) > 1:
+            self.reason = "; ".join(f"arm {name}: {each}" for name, each in self.refusals.items())
+        else:
+            self.reason = self.refusals[arm]
+
+    def had_plan(self) -> None:
+        """Forget why there was no plan before: if it passes now, that is for others."""
+        self.is_planned, self.reason = True, ""
+        self.refusals.clear()
+
+    def was_refused(self, t: float) -> None:
+        """Ask again later, but at once for what had a plan just before.
+
+        Args:
+            t: s of the stream, now.
+        """
+        self.t_next = t if self.is_planned else t + TRY_AGAIN
+        self.is_planned = False
