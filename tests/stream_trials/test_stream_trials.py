@@ -326,6 +326,9 @@ def test_files_that_cannot_be_played_are_refused_before_any_work(stream: Path, t
     data = json.loads(stream.read_text())
     copy.write_text(json.dumps({**data, "speed": -0.1}))
     refused(apc("run-trials", copy, "-o", out), 3, copy, "speed")
+    copy.write_text(json.dumps({**data, "items": []}))
+    for command in ("run-trial", "run-trials"):
+        refused(apc(command, copy, "-o", out), 3, copy, "items: there are none")
     assert not out.exists()
     for words in (("jsk_pick_sample",), (SHIPPED,)):
         misused(apc("run-trials", *words, "--stream-rule", "earliest", "-o", out), "--stream-rule applies to")

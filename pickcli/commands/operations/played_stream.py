@@ -19,7 +19,7 @@ from pickcli.commands.options.stream_plan_options import StreamPlanOptions
 from pickcli.commands.options.trial_options import TrialOptions, is_stated, refuse_options_of_orders
 from pickcli.commands.output.progress_bar import progress
 from pickcli.commands.output.table import table_lines
-from pickcli.errors import TrialAbortedError
+from pickcli.errors import InputError, TrialAbortedError
 
 if TYPE_CHECKING:
     from pickcli.stream_trials.stream_job import StreamTask
@@ -136,7 +136,7 @@ def stream_task(
         The stream in its cell.
 
     Raises:
-        InputError: A file cannot be read, or the cell has no place to bring items to.
+        InputError: A file cannot be read, there are no items, or the cell has no place to bring them to.
     """
     from pickcli.cell.cell_file import load_workcell
     from pickcli.scene.scene import PoseNoise
@@ -145,10 +145,12 @@ def stream_task(
     from pickcli.stream_trials.stream_arms import destination_of
     from pickcli.stream_trials.stream_job import StreamTask
     from pickcli.stream_trials.stream_rules import StreamRule
-    from pickcli.stream_trials.stream_trial import SPEED_ERROR, StreamTrialRequest
+    from pickcli.stream_trials.stream_trial_request import SPEED_ERROR, StreamTrialRequest
 
     named, content = options.cell_name if is_stated("cell_name") else None, path.read_bytes()
     stream = StreamOptions(path, None).stream(named, ArmRequest(items=options.items_path))
+    if not stream.items:
+        raise InputError(f"{path}: items: there are none, so that nothing can be played; state some")
     is_exact = options.perception == "truth"
     request = StreamTrialRequest(
         stream,
