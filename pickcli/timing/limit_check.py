@@ -35,6 +35,9 @@ class PeakRatio:
     joint: str
     time: float
 
+    def __str__(self) -> str:
+        return f"{self.joint} at {self.ratio:.3f} of its limit at {self.time:.3f} s"
+
 
 @dataclass(frozen=True)
 class LimitReport:

@@ -150,3 +150,13 @@ def test_an_arm_that_cannot_be_in_time_is_told_by_how_much() -> None:
     late.enter(0, seeds())
     assert late.pop() is None and 0.0 < late.least_late < np.inf
     assert any(reason.what == "too late" for reason in late.failures)
+
+
+def test_of_all_that_is_too_late_the_nearest_is_told_first() -> None:
+    late = BeltMeetings(
+        context(), grasps(), home().q, SPEED * ALONG, MeetingTimes(FIRST, 2.0, 0.25, 0.43, SEARCHED)
+    )
+    for k in range(len(grasps().grasps)):
+        late.enter(k, seeds())
+    told = [str(reason) for reason in late.failures if reason.what == "too late"]
+    assert len(told) > 1 and f"about {late.least_late:.2f} s too soon" in told[0]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pickcli.errors import LimitError
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.limit_check import check_limits, measure_limits, peaks
+from pickcli.timing.limit_check import PeakRatio, check_limits, measure_limits, peaks
 from support.timing_paths import limits, names, random_walk, timed
 
 
@@ -94,3 +94,7 @@ def test_moving_ends_and_bad_times_are_refused() -> None:
     accelerations[7] = np.nan
     with pytest.raises(LimitError):
         check_limits(replace(good, accelerations=accelerations), limits())
+
+
+def test_a_peak_says_which_joint_and_when() -> None:
+    assert str(PeakRatio(0.9744, "joint_u", 2.83)) == "joint_u at 0.974 of its limit at 2.830 s"

@@ -221,7 +221,7 @@ def _met(belt: AxisBelt, window: ContactWindow, start: Start, t_contact: float) 
         # Tried in steps, it is also tried at the last moment.
         t_contact = latest if found.by != found.late and t_contact < latest < later else later
     if missing > 0.0:
-        late = f"by {1e3 * missing:.0f} ms"
+        late = f"by about {1e3 * missing:.0f} ms"
         failures += Reason("too late", str(window.taking.motion.grasp), late)
     return failures
 

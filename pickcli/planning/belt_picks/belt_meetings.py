@@ -86,9 +86,6 @@ class BeltMeetings:
         times: When contacts may be made.
 
     Attributes:
-        failures: Reasons against what is not in the queue.
-        least_late: s by which all meetings that were refused unseen are too late at least, by estimates; inf
-            without any.
         n_met: Number of meetings that were taken out.
     """
 
@@ -100,7 +97,19 @@ class BeltMeetings:
         self._times, self._order = times, itertools.count()
         self._longer = 0.0  # s that meetings take longer than is estimated without what was learnt
         self._queue: list[tuple[float, int, BeltMeeting]] = []
-        self.failures, self.least_late, self.n_met = Failures(), np.inf, 0
+        self._unreached, self._late = Failures(), list[tuple[float, Reason]]()
+        self.n_met = 0
+
+    @property
+    def failures(self) -> Failures:
+        """Reasons against what is not in the queue; of those that are too late the nearest first."""
+        late = sorted(self._late, key=lambda each: each[0])
+        return self._unreached + Failures(tuple(reason for _, reason in late))
+
+    @property
+    def least_late(self) -> float:
+        """The s by which all meetings that cannot be are too late at least, by estimates; inf without any."""
+        return min((by for by, _ in self._late), default=np.inf)
 
     def enter(self, k: int, seeds: Array) -> None:
         """Enter a grasp in every branch of the arm that reaches it.
@@ -120,7 +129,7 @@ class BeltMeetings:
         for reach in reaches:
             self._put(BeltMeeting(k, reach, times.first))
         if not reaches:
-            self.failures += Reason(UNREACHED, str(grasp), "anywhere along the belt")
+            self._unreached += Reason(UNREACHED, str(grasp), "anywhere along the belt")
 
     def pop(self) -> BeltMeeting | None:
         """Take out the earliest meeting.
@@ -145,7 +154,7 @@ class BeltMeetings:
         """
         if self._times.only is not None:
             if by is not None:
-                self._tell_late(meeting, by)
+                self._tell_late(meeting, by, f"by about {1e3 * by:.0f} ms")
         elif by is None:
             if meeting.n_tried + 1 < MOST_TRIED:
                 self._put(replace(meeting, t=meeting.t + ELSEWHERE, n_tried=meeting.n_tried + 1), told=True)
@@ -153,7 +162,7 @@ class BeltMeetings:
             self._longer += max(0.0, by + SPARE - self._missing(meeting))
             self._put(replace(meeting, n_late=meeting.n_late + 1))
         else:
-            self._tell_late(meeting, by)
+            self._tell_late(meeting, by, f"by about {1e3 * by:.0f} ms")
 
     def q_contact(self, meeting: BeltMeeting) -> Array:
         """Return about which configuration makes the contact.
@@ -173,8 +182,7 @@ class BeltMeetings:
             cost = t + SCORE_COST * self._grasps.grasps[meeting.k].score
             heapq.heappush(self._queue, (cost, next(self._order), replace(meeting, t=t)))
         elif not told:
-            self.least_late = min(self.least_late, late)
-            self.failures += Reason("too late", str(self._grasps.grasps[meeting.k]), why)
+            self._tell_late(meeting, late, why)
 
     def _possible_from(self, meeting: BeltMeeting) -> tuple[float, float, str]:
         """Estimate the first s from some on at which a contact can be made; how many s it is late, and why.
@@ -222,6 +230,5 @@ class BeltMeetings:
         """Estimate the s by which the arm is too late for a meeting, with what was learnt from others."""
         return self.missing(meeting, INWARD, self._times.ramp) + self._longer
 
-    def _tell_late(self, meeting: BeltMeeting, by: float) -> None:
-        grasp = str(self._grasps.grasps[meeting.k])
-        self.failures += Reason("too late", grasp, f"by {1e3 * by:.0f} ms")
+    def _tell_late(self, meeting: BeltMeeting, by: float, why: str) -> None:
+        self._late.append((by, Reason("too late", str(self._grasps.grasps[meeting.k]), why)))

@@ -166,7 +166,7 @@ def follow_lines(taking: TimedTaking, along: Array, speed: float, ramp: float) -
     most = measure_limits(followed, context.arm.limits, context.cell.speed_scale)
     worst = max(most.velocity, most.acceleration, most.jerk, key=lambda peak: peak.ratio)
     if worst.ratio > ROOM:
-        slow = f"following the belt: {worst}"
+        slow = f"following the belt: {worst}, {ROOM:g} is the most there"
         return Failures.of(Reason("joint too slow", str(motion.grasp), slow))
     times = np.array([timed[0].t_start, *(segment.t_end for segment in timed)])
     return FollowedTaking(taking, along, speed, ramp, relative, tuple(segments_of(parts)), times, followed)
