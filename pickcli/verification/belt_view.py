@@ -33,6 +33,7 @@ TIME_TOLERANCE = 1e-6  # s
 SPEED_TOLERANCE = 1e-9  # m/s
 LENGTH_TOLERANCE = 1e-6  # m
 N_SIDES = 32  # of the prism around a cylinder
+PARALLEL = 1e-5  # difference of the cosine from 1 up to which an axis may take the arm along the belt
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
@@ -140,13 +141,13 @@ def _stage(segment: Segment, t_works: float, t_left: float) -> int:
 
 
 def _axis_range(robot: Robot, along: Array) -> float:
-    """Length (m) over which the robot's axes along the belt may take the arm with it."""
+    """Length (m) over which axes along the belt may take the arm with it: on no other one does it leave."""
     limits, T, found = robot.limits, robot.T_world_base[:3, :3], 0.0
     for joint in robot.joints:
         T = T @ joint.T_parent_joint[:3, :3]
         if joint.type is JointType.PRISMATIC and joint.name in robot.joint_names:
-            k = robot.joint_names.index(joint.name)
-            found += abs(float(T @ joint.axis @ along)) * float(limits.upper[k] - limits.lower[k])
+            k, share = robot.joint_names.index(joint.name), abs(float(T @ joint.axis @ along))
+            found += float(limits.upper[k] - limits.lower[k]) if share > 1.0 - PARALLEL else 0.0
     return found
 
 

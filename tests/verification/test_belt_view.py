@@ -19,7 +19,7 @@ from pickcli.planning.belt_picks.belt_query import DEVIATION
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import delayed
-from pickcli.verification.belt_view import _swept
+from pickcli.verification.belt_view import _axis_range, _swept
 from pickcli.verification.moving_parts import fixtures
 from pickcli.verification.verify import verify
 from support.belt_picks import BeltPick, belt_pick, context
@@ -127,6 +127,15 @@ def test_the_hall_is_kept_away_from_wherever_a_way_off_the_belt_takes_the_arm() 
     reasons = told(pick.plan, other).splitlines()
     assert any("beam" in each and "(approach)" in each for each in reasons)
     assert not any("beam" in each and "(transit)" in each for each in reasons)
+
+
+def test_only_an_axis_along_the_belt_takes_the_arm_with_it() -> None:
+    """On a belt that is askew to its rail an arm follows with all joints, and its way off is its path."""
+    robot, limits = context().cell.robot, context().cell.robot.limits
+    along = np.array([1.0, 0.0, 0.0])
+    assert _axis_range(robot, along) == float(limits.upper[0] - limits.lower[0])
+    for angle in (0.06, -0.2, 1.2):
+        assert _axis_range(robot, rotation_axis_angle((0.0, 0.0, 1.0), angle)[:3, :3] @ along) == 0.0
 
 
 def test_a_box_in_the_hall_where_the_arm_chases_is_met() -> None:
