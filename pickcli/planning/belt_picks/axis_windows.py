@@ -19,7 +19,7 @@ from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.belt_picks.belt_query import InterceptQuery, QueryBelt
-from pickcli.planning.belt_picks.belt_raise import raised_over_belt
+from pickcli.planning.belt_picks.belt_raise import higher_item, raised_over_belt
 from pickcli.planning.belt_picks.line_pace import line_pace, paced_lines
 from pickcli.planning.belt_picks.reach_table import least_times
 from pickcli.planning.belt_picks.tracked_stitching import TimedTaking
@@ -172,17 +172,19 @@ def contact_window(
     raised = raised_over_belt(problem, unwound, belt.coming, belt.left(t_planned))
     if isinstance(raised, Failures):
         return raised
+    window = _window(problem, belt, raised, t_planned)
     is_raised = len(raised.inward) > len(unwound.inward) or len(raised.outward) > len(unwound.outward)
-    return _window(problem, belt, raised, t_planned, is_raised)
+    if not isinstance(window, Failures) or not is_raised:
+        return window
+    higher = higher_item(problem, unwound, belt.coming, belt.left(t_planned))
+    over = f"{higher} that the belt may bring" if higher else "what the belt may bring"
+    return Failures(tuple(replace(each, detail=f"{each.detail}; they lead over {over}") for each in window))
 
 
 def _window(
-    problem: PickProblem, belt: AxisBelt, motion: GraspMotion, t_planned: float, is_raised: bool
+    problem: PickProblem, belt: AxisBelt, motion: GraspMotion, t_planned: float
 ) -> ContactWindow | Failures:
-    """Time the lines of a grasp relative to the belt, and find when the arm can follow them.
-
-    is_raised: whether they were lengthened over what the belt may bring
-    """
+    """Time the lines of a grasp relative to the belt, and find when the arm can follow them."""
     context = problem.context
     motion = paced_lines(motion, belt.pace)
     inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
@@ -198,8 +200,7 @@ def _window(
     earliest, latest = _between(belt, context, motion, t_planned, lasting)
     if earliest > latest:
         lacking = abs(belt.speed) * (earliest - latest)
-        short = f"{context.arm.names[belt.axis]} and the window are {lacking:.2f} m too short"
-        short += " for lines that lead over higher items on the belt" if is_raised else ""
+        short = f"{context.arm.names[belt.axis]} and the window are {lacking:.2f} m too short for the lines"
         return Failures.of(Reason("out of the window", str(motion.grasp), short))
     return ContactWindow(taking, earliest, latest)
 

@@ -43,16 +43,11 @@ def raised_over_belt(
         The lines, lengthened where needed, or the reasons for failure.
     """
     settings, first, last = problem.settings, motion.inward[0], motion.outward[-1]
-    empty = Mode(first.mode.tool_state, reserve=COARSE_RESERVE + ROOM)
-    down = _up_from(problem, motion.start, first.mode, [_checker(problem, coming, empty)])
+    to_item, from_item = _checkers(problem, motion, coming, leaving)
+    down = _up_from(problem, motion.start, first.mode, to_item)
     if isinstance(down, Failures):
         return down.within(str(motion.grasp))
-    contacts = problem.contacts.while_transferring()
-    held = Mode(last.mode.tool_state, motion.attached, contacts, COARSE_RESERVE + ROOM)
-    # Without the item, too: if it was not held, it rides on under the tool.
-    unladen = replace(empty, tool_state=last.mode.tool_state)
-    free = [_checker(problem, leaving, mode) for mode in (held, unladen)]
-    up = _up_from(problem, motion.end, last.mode, free)
+    up = _up_from(problem, motion.end, last.mode, from_item)
     if isinstance(up, Failures):
         return up.within(str(motion.grasp))
     inward, outward = motion.inward, motion.outward
@@ -65,8 +60,36 @@ def raised_over_belt(
     return replace(motion, inward=inward, outward=outward)
 
 
-def _checker(problem: PickProblem, scene: Scene, mode: Mode) -> SceneChecker:
-    return problem.context.checker_for(scene, mode)
+def higher_item(problem: PickProblem, motion: GraspMotion, coming: Scene, leaving: Scene) -> str:
+    """Return an item on the belt over which the lines of a grasp have to lead.
+
+    Args:
+        problem: The pick from the belt.
+        motion: The lines, not lengthened.
+        coming: The scene with all that the items on the belt may come to from the start of the motion on.
+        leaving: The same from when the item is off the belt.
+
+    Returns:
+        Its id; "" if there is none.
+    """
+    ends = zip((motion.start, motion.end), _checkers(problem, motion, coming, leaving), strict=True)
+    blocked = (each.explain(q) for q, checkers in ends for each in checkers if not each.is_valid(q))
+    return next((reason.in_the_way for reason in blocked if reason.in_the_way), "")
+
+
+def _checkers(
+    problem: PickProblem, motion: GraspMotion, coming: Scene, leaving: Scene
+) -> tuple[list[SceneChecker], list[SceneChecker]]:
+    """Return what has to be free where lines begin, and where they end."""
+    first, last = motion.inward[0], motion.outward[-1]
+    empty = Mode(first.mode.tool_state, reserve=COARSE_RESERVE + ROOM)
+    contacts = problem.contacts.while_transferring()
+    held = Mode(last.mode.tool_state, motion.attached, contacts, COARSE_RESERVE + ROOM)
+    # Without the item, too: if it was not held, it rides on under the tool.
+    unladen = replace(empty, tool_state=last.mode.tool_state)
+    context = problem.context
+    to_item = [context.checker_for(coming, empty)]
+    return to_item, [context.checker_for(leaving, mode) for mode in (held, unladen)]
 
 
 def _up_from(problem: PickProblem, q: Array, mode: Mode, free: Sequence[SceneChecker]) -> Array | Failures:
@@ -92,5 +115,5 @@ def _up_from(problem: PickProblem, q: Array, mode: Mode, free: Sequence[SceneChe
         what = "not clear of what the belt brings"
         return Failures.of(Reason(what, "way off the belt", why, low.in_the_way))
     end = poses[1 + int(np.argmax(is_free))]
-    checker = _checker(problem, problem.scene, mode)
+    checker = problem.context.checker_for(problem.scene, mode)
     return follow_line(arm, checker, tip, end, state, q, "way off the belt")
