@@ -28,9 +28,12 @@ from pickcli.verification.contact_exemptions import releases
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.moving_parts import Fixture
 from pickcli.verification.static_solids import PlanFixtures
+from pickcli.verification.straightness_check import every_millisecond, tip_points
 
 TIME_TOLERANCE = 1e-6  # s
 SPEED_TOLERANCE = 1e-9  # m/s
+RESTS_WITHIN = 1e-6  # m of where the tool takes an item from the belt, from which on it rests there
+RESTS_SOONER = 0.01  # s that it is so near before it is at rest
 LENGTH_TOLERANCE = 1e-6  # m
 N_SIDES = 32  # of the prism around a cylinder
 PARALLEL = 1e-5  # difference of the cosine from 1 up to which an axis may take the arm along the belt
@@ -241,8 +244,9 @@ def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
         brought = f"the belt brings what was {way:.2f} m before its infeed, {known:.2f} m of that are known"
         yield Reason("lasts too long", where, brought)
     first, last = _times_in_window(plan, scene)
-    if not first - TIME_TOLERANCE <= _contact(plan).t_end or not t_left <= last + TIME_TOLERANCE:
-        within = f"taken from {_contact(plan).t_end:.3f} to {t_left:.3f} s"
+    t_met = _meets_at(plan, scene)
+    if not first - RESTS_SOONER <= t_met or not t_left <= last + TIME_TOLERANCE:
+        within = f"taken from {t_met:.3f} to {t_left:.3f} s"
         yield Reason(
             "out of the window", where, f"{within}, the item is in it from {first:.3f} to {last:.3f} s"
         )
@@ -250,6 +254,18 @@ def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 def _contact(plan: Plan) -> Segment:
     return next(segment for segment in plan.segments if segment.kind is SegmentKind.CONTACT)
+
+
+def _meets_at(plan: Plan, scene: Scene) -> float:
+    """Time (s) from which on the tool rests on the item, as seen from the belt."""
+    assert plan.tracking is not None
+    contact = _contact(plan)
+    times = every_millisecond(contact.t_start, contact.t_end)
+    carrier = scene.cell.carriers[plan.tracking.conveyor]
+    travel = plan.tracking.speed * times[:, None] * scene.pose_of(carrier).T_world_carrier[:3, 0]
+    seen = tip_points(plan, scene.cell.robot, contact.tool_state, times) - travel
+    moves = np.flatnonzero(np.linalg.norm(seen - seen[-1], axis=1) > RESTS_WITHIN)
+    return float(times[moves[-1] + 1] if len(moves) else times[0])
 
 
 def _times_in_window(plan: Plan, scene: Scene) -> tuple[float, float]:

@@ -238,7 +238,7 @@ def test_what_is_nearly_past_the_window_is_too_late_by_so_much() -> None:
     riding = stream().items[0]
     last = stream().belt.window[1]
     now = riding.stamp + (last - float(riding.T_belt_item[0, 3]) - 0.5) / 0.33
-    never(riding.id, now, "ms")
+    never(riding.id, now, "too late: by ")
 
 
 def test_an_unknown_item_is_told_with_a_known_one() -> None:

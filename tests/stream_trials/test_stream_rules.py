@@ -70,7 +70,7 @@ def test_the_contact_is_made_where_the_rule_has_it_and_the_arm_waits_over_the_be
 
 
 def test_an_item_that_is_there_sooner_than_the_arm_is_not_tried() -> None:
-    """``t_pred > now + d_p + d_g`` does not hold; where there is no such place, the same item has a plan."""
+    """``t_pred > now + d_p + d_g`` does not hold."""
     items = replace(stream(), cell=context("right").cell)
     riding, at = items.items[3], place("right")
     now = riding.stamp + (at - 0.33 * 1.2 - float(riding.T_belt_item[0, 3])) / 0.33

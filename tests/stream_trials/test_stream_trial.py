@@ -175,7 +175,8 @@ def test_what_comes_too_fast_is_not_attempted_and_says_why() -> None:
     result = play_stream(StreamTrialRequest(items), [context()]).result
     left = [each for each in result.items if each.outcome is ItemOutcome.NOT_ATTEMPTED]
     assert left and all(each.reason and each.attempts == 0 and each.met is None for each in left)
-    assert sum(map(result.count, ItemOutcome)) == 3
+    assert [each.item for each in result.items] == [each.id for each in items.items]
+    assert result.count(ItemOutcome.DELIVERED) + len(left) == 3
 
 
 def test_the_stated_error_of_the_speed_holds_the_true_speed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -161,6 +161,25 @@ def test_the_window_of_the_conveyor_is_kept() -> None:
     assert "out of the window" in told(pick.plan, other)
 
 
+def test_the_window_begins_where_the_tool_meets_the_item_and_not_where_it_is_sealed() -> None:
+    pick = belt_pick()
+    contact = next(s for s in pick.plan.segments if s.kind is SegmentKind.CONTACT)
+    carrier, cell = pick.scene.cell.carriers["belt"], pick.scene.cell
+    belt = carrier.conveyor
+    assert belt is not None and pick.plan.grasp is not None
+    rests = context().method.rests(cell.devices, context().settings.release_time).taking
+    riding = pick.stream.find(pick.plan.grasp.item)
+    met = pick.stream.travel_at(riding, pick.now + contact.t_end - rests)
+
+    def starting_at(first: float) -> Scene:
+        later = replace(carrier, conveyor=replace(belt, window=(first, belt.window[1])))
+        return replace(pick.scene, cell=replace(cell, own_carriers=(later,)))
+
+    assert "out of the window" in told(pick.plan, starting_at(met + 0.01))
+    within = starting_at(met - 0.001)
+    assert verify(replace(pick.plan, scene_hash=scene_hash(within)), within).reasons == ()
+
+
 def test_a_tracked_plan_takes_one_item_from_the_belt() -> None:
     pick = belt_pick()
     cut = next(k for k, s in enumerate(pick.plan.segments) if s.kind is SegmentKind.CONTACT)

@@ -29,7 +29,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.timing.line_tracking import BACK, MOST_PACE, ramp_time
 
-TURNED = 0.4  # s in which a way off the belt turns back, and the axis comes to rest at its end
+TURNED = 0.275  # s that a way off the belt takes longer than its lines, as it turns back on them
 MOST_PACED = 3  # times that lines with the item are slowed down
 KEPT = 0.97  # of the velocity that is left, between points of the trajectory
 SLOWEST = 0.1  # of their speed, at which they would last too long
@@ -263,7 +263,8 @@ def _between(
     sign = float(np.sign(v))
     earliest = max(belt.first, t_planned + float((first - begins) / v))
     # Stopped where it meets the item, the arm goes back along the lines, and the axis on with the belt.
-    back = motion.start[axis] + v * (inward / BACK + TURNED)
+    stops = abs(v) / (2.0 * context.cell.speed_scale * float(limits.acceleration[axis]))
+    back = motion.start[axis] + v * (inward / BACK + TURNED + stops)
     farthest = sign * max(sign * ends, sign * back)
     latest = min(belt.last - lasts, t_planned + float((last - farthest) / v))
     if belt.meets is not None:

@@ -210,7 +210,7 @@ def stitch_followed(
     if (too_slow := why_too_slow(taking.problem, trajectory, segments, taking.motion.grasp)) is not None:
         return Failures.of(too_slow)
     n_away = sum(len(part.segments) for part in transfer.away)
-    proofs = _proofs(meeting, carried, parts, segments, n_away)
+    proofs = _proofs(meeting, taking, carried, parts, segments, n_away)
     at_work = partial(_why_not_free_at_work, meeting, followed, trajectory)
     unproven = why_not_free(context, proofs, trajectory, segments, at_work)
     if unproven is not None:
@@ -227,8 +227,8 @@ def stitch_followed(
 
 
 def _proofs(
-    meeting: FollowedMeeting, carried: PickMotion, parts: Sequence[PlanPart], segments: Sequence[Segment],
-    n_away: int,
+    meeting: FollowedMeeting, taking: TimedTaking, carried: PickMotion, parts: Sequence[PlanPart],
+    segments: Sequence[Segment], n_away: int,
 ) -> list[SceneSegment]:  # fmt: skip
     """Return what is to be proven, one for each segment of the plan."""
     t_works, t_left = times_at_work(segments)
@@ -237,7 +237,7 @@ def _proofs(
         if segment.t_start < t_works:
             scene = meeting.coming
         elif segment.t_start < t_left:
-            scene = meeting.scene  # replaced by that at the contact
+            scene = taking.problem.scene
         else:
             scene = meeting.after.scene if k < len(segments) - n_away else carried.placement.scene
         found.append(SceneSegment(scene, each))
@@ -250,7 +250,7 @@ def _why_not_free_at_work(
 ) -> Reason | None:  # fmt: skip
     """Explain why a segment is not proven free while the tool works on the belt."""
     problem, moving = followed.taking.problem, proof.segment
-    context, scene, mode = problem.context, problem.scene, moving.mode
+    context, scene, mode = problem.context, proof.scene, moving.mode
     target = {problem.target.id}
     riding = {item.id for item in scene.in_location(problem.place.name)}
     run = run_of(trajectory, segment)

@@ -65,7 +65,7 @@ def plan_intercept(
 def why_never(
     context: PlanningContext, stream: ItemStream, query: InterceptQuery, start: Start
 ) -> NoPlanError | None:
-    """Tell by bounds alone, in about a millisecond, that there is no plan.
+    """Tell by bounds or a table alone, in about a millisecond, that there is no plan.
 
     Args:
         context: The cell and its models.

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from pickcli.cell.robot import Limits
 from pickcli.planning.pick_motion import GraspMotion
 
@@ -30,16 +28,15 @@ def paced_lines(motion: GraspMotion, pace: float) -> GraspMotion:
 def line_pace(limits: Limits, change: float) -> float:
     """Compute the share of the limits that leaves room for a rate of time that changes.
 
-    Lines are followed at the pace of the belt. At a share p of the limits, accelerations are p^2 of theirs,
-    and a change c of the rate adds a jerk of up to 3 p^2 a c to p of its limit: what is left is a quadratic
-    equation for p.
+    Lines are followed at the pace of the belt. At a share p of the limits of velocity, acceleration a and
+    jerk j, a change c of the rate adds a jerk of up to 3 p a c to the p j of the lines.
 
     Args:
         limits: Limits of the joints.
         change: 1/s, of the rate at most.
 
     Returns:
-        The share.
+        The share, at which both are KEPT of the limit.
     """
     added = 3.0 * change * float((limits.acceleration / limits.jerk).max())
-    return min(MOST_PACED, float(np.sqrt(1.0 + 4.0 * added * KEPT) - 1.0) / (2.0 * added))
+    return min(MOST_PACED, KEPT / (1.0 + added))

@@ -5,9 +5,10 @@ which inverse kinematics leads from the configurations that the cell names for t
 which the arm takes items there. Along the belt, where a linear axis carries the whole arm, each stands for
 all places.
 From these, and from the least time that the joints, the lines and the devices need in any plan, follow
-bounds: the earliest contact from a start, and the latest one within the window and the axis. Where no
+estimates: of the earliest contact from a start, and the latest one within the window and the axis. Where no
 configuration leaves time between them, the item is too late; the search would take a hundred times as long
-to say so.
+to say so. They would be bounds for the configurations of the table; the arm has others between these, for
+which ``MARGIN`` is left.
 
 Lines are longer where neighbours that are still to come are higher than the item: they ride on under the
 arm, which has to wait above them, and the item has to be lifted over them.
@@ -49,7 +50,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 @dataclass(frozen=True)
 class BeltTimes:
-    """Bounds of the time of a meeting, in s from the start of the plan.
+    """An item, the belt and the axis that follows it; times are in s from the start of the plan.
 
     Attributes:
         travel: m of the item's middle from the infeed at the start.
@@ -78,7 +79,7 @@ def too_late_by(
     q: Array,
     times: BeltTimes,
 ) -> float:
-    """Bound from below by how much every meeting with an item is too late.
+    """Estimate by how much every meeting with an item is too late at least.
 
     Args:
         context: The cell and its models.
@@ -89,7 +90,7 @@ def too_late_by(
         times: The times of the belt.
 
     Returns:
-        s, positive if the item can never be met; -inf if the table says nothing.
+        s, positive if the item is too late for all of them; -inf if the table says nothing.
     """
     if context.method.closes_at_rest:  # fingers take items from more sides than the named faces
         return -np.inf
@@ -107,7 +108,7 @@ def _bound(
     q: Array,
     times: BeltTimes,
 ) -> float:
-    """Bound by how many s all meetings with the tool in a direction (3,) are too late; inf without any."""
+    """Estimate by how many s meetings with the tool in a direction (3,) are too late; inf without any."""
     rows = _near(context, carrier, direction, placed)
     if len(rows) == 0:
         return np.inf
