@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from pickcli.scene.item_stream import RidingItem
-from pickcli.stream_trials.stream_result import MeetingRecord
+from pickcli.stream_trials.stream_result import ItemOutcome, MeetingRecord, StreamItemResult
 
 TRY_AGAIN = 0.5  # s after which an item without a plan is tried again
 
@@ -27,6 +27,7 @@ class OpenItem:
         was_known: Whether it was ever perceived.
         refusals: Why an arm had no plan when it was first asked, by arm.
         is_planned: Whether there was a plan when it was last asked for.
+        is_refused: Whether there ever was none.
     """
 
     riding: RidingItem
@@ -41,9 +42,10 @@ class OpenItem:
     was_known: bool = False
     refusals: dict[str, str] = field(default_factory=dict)
     is_planned: bool = False
+    is_refused: bool = False
 
     def refuse(self, arm: str, why: str) -> None:
-        """Note why an arm has no plan. Asked again later it is only later, so that its first reason stays.
+        """Note why an arm has no plan; of several queries the first, as later ones are only told "too late".
 
         Args:
             arm: The arm.
@@ -55,16 +57,38 @@ class OpenItem:
         else:
             self.reason = self.refusals[arm]
 
-    def had_plan(self) -> None:
-        """Forget why there was no plan before: if it passes now, that is for others."""
+    def note_plan(self) -> None:
+        """Forget why there was no plan before: if the item passes all the same, others were taken instead."""
         self.is_planned, self.reason = True, ""
         self.refusals.clear()
 
-    def was_refused(self, t: float) -> None:
-        """Ask again later, but at once for what had a plan just before.
+    def note_refusal(self, t: float) -> None:
+        """Put the next query off, but not for what had a plan just before.
 
         Args:
             t: s of the stream, now.
         """
         self.t_next = t if self.is_planned else t + TRY_AGAIN
-        self.is_planned = False
+        self.is_planned, self.is_refused = False, True
+
+    def result(self, outcome: ItemOutcome) -> StreamItemResult:
+        """Return what became of the item.
+
+        Args:
+            outcome: Whether it was delivered, lost or not attempted.
+
+        Returns:
+            The result, with the reason if it was not delivered.
+        """
+        missed = "the arm was busy with others" if self.was_known else "it was never seen well enough"
+        return StreamItemResult(
+            self.riding.id,
+            outcome,
+            self.attempts,
+            self.reason or ("" if outcome is ItemOutcome.DELIVERED else missed),
+            self.t_end,
+            self.met,
+            self.arm,
+            self.clearance,
+            self.cost_bound,
+        )

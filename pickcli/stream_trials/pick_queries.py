@@ -111,7 +111,7 @@ class PickQueries:
 
     Attributes:
         planning_ms: Of each query with a plan, ms by the wall clock.
-        refusing_ms: Of each query without one.
+        refusing_ms: Of each query without a plan, ms.
     """
 
     def __init__(self, request: StreamTrialRequest, arms: StreamArms) -> None:
@@ -195,10 +195,10 @@ class PickQueries:
             start = arms.start if is_acting else arms.home(context)
             planned = self._planned(look.stream, item, context, start, t + lasted + parked)
             if planned is not None:
-                item.had_plan()
+                item.note_plan()
                 return PickOption(item, context, parking, t + lasted, t + lasted + parked, planned), lasted
             lasted += QUERY_CHARGE
-        item.was_refused(look.t)
+        item.note_refusal(look.t)
         return None, lasted
 
     def chosen(self, look: BeltLook, options: Sequence[PickOption], items: Sequence[OpenItem]) -> PickOption:

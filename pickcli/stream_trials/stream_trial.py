@@ -198,19 +198,13 @@ class _StreamTrial:
             is_past = self.stream.travel_at(item.riding, self.t) > last
             if self.stream.speed == 0.0 and not self.stream.is_on_belt(item.riding, self.t):
                 item.reason, is_past = "it is not on the belt, which stands", True
-            is_given_up = self.stream.speed == 0.0 and item.t_next > 0.0
+            is_given_up = self.stream.speed == 0.0 and item.is_refused
             if is_past or is_given_up or item.attempts >= MOST_ATTEMPTS:
                 outcome = ItemOutcome.LOST if item.attempts else ItemOutcome.NOT_ATTEMPTED
                 self._close(item_id, outcome)
 
     def _close(self, item_id: str, outcome: ItemOutcome) -> None:
-        item = self.open.pop(item_id)
-        missed = "the arm was busy with others" if item.was_known else "it was never seen well enough"
-        reason = item.reason or ("" if outcome is ItemOutcome.DELIVERED else missed)
-        self.decided[item_id] = StreamItemResult(
-            item_id, outcome, item.attempts, reason, item.t_end, item.met, item.arm, item.clearance,
-            item.cost_bound,
-        )  # fmt: skip
+        self.decided[item_id] = self.open.pop(item_id).result(outcome)
 
     def _riding(self) -> ItemStream:
         """Return the true stream of the items that are still open; of one by one, the first of them."""

@@ -57,8 +57,8 @@ LATER = 0.01  # s that a meeting is put off beyond the time that the arm needs
 ELSEWHERE = 0.25  # s that a meeting is put off if it cannot be reached for another reason
 # Where on the way from the soonest to the last time in the window grasps are searched, until one is met.
 WHERE_PLANNED = (0.5, 0.15, 0.85)
-GENTLEST = 3.0  # the same of leaving, where that is too much
 GENTLER = 2.0  # times the duration of a ramp during which the arm leaves already: accelerations add up
+GENTLEST = 3.0  # the same of leaving, where GENTLER is too quick
 SOONER = 0.1  # s after which it is tried again whether the axis can come up to its speed on the way
 MOST_MEETINGS = 8  # that are tried for one grasp
 
