@@ -101,6 +101,10 @@ class Nothing:
         """See Job."""
         return JobResult(arrays={"numbers": np.zeros(self.n_numbers)})
 
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """See Job."""
+        return ""
+
 
 def measure_dask(n_tasks: int = 1000) -> dict[str, float]:
     """What a build on Dask pays besides its tasks.

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from pickcli.cell.fingerprint import digest
-from pickcli.commission.commission_folder import write_commission_folder
-from pickcli.commission.commission_record import commission_record
+from pickcli.commission.commission_folder import NAMES, write_commission_folder
+from pickcli.commission.commission_record import RECORDS, commission_record
 from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_trial import CommissionRequest, play_commission
 from pickcli.jobs.job import Key, refuse_other_sources
 from pickcli.jobs.job_result import JobResult
-from pickcli.monte_carlo.trial_job import packed_folder
+from pickcli.monte_carlo.packed_folder import misfit_of_folder, packed_folder
 from pickcli.planning.planning_context import PlanningContext
 
 
@@ -105,6 +105,19 @@ class CommissionJob:
         return packed_folder(
             lambda folder: write_commission_folder(folder, each.text, each.station, played, record)
         )
+
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """Tell why a result cannot be one of a trial.
+
+        Args:
+            key: The key.
+            result: A result that was read, of whatever content.
+
+        Returns:
+            The fault, as a phrase; "" if there is none.
+        """
+        made_from = {"commission": self.commissions[key[0]].file_name, "seed": int(key[1])}
+        return misfit_of_folder(result, NAMES.__contains__, RECORDS, made_from)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without caches, which belong to this process.

@@ -39,6 +39,17 @@ class Job(Protocol):
             Its result.
         """
 
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """Tell why a result cannot be one of a task; results come from journals and from other processes.
+
+        Args:
+            key: The task.
+            result: A result that was read, of whatever content.
+
+        Returns:
+            The fault, as a phrase; "" if ``make`` could have returned it.
+        """
+
     def effort(self, key: Key) -> float:
         """Estimate the cost of a task relative to others.
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.errors import DamagedError, Reason
+from pickcli.errors import Reason
 from pickcli.geometry import Array
 
 
@@ -54,12 +54,12 @@ class JobResult:
             The record.
 
         Raises:
-            DamagedError: If the bytes are not a record.
+            ValueError: If the bytes are not a record.
         """
         try:
             return _parsed(content)
-        except (ValueError, TypeError, KeyError, RecursionError) as error:
-            raise DamagedError(f"corrupt journal record ({error}); delete the journal to rebuild") from None
+        except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
+            raise ValueError(f"no record of a task: {error}") from None
 
 
 def _parsed(content: bytes) -> JobResult:
@@ -74,4 +74,15 @@ def _parsed(content: bytes) -> JobResult:
         rest = rest[8 * size :]
     if rest:
         raise ValueError("more bytes than numbers")
-    return JobResult(head["values"], arrays, Reason(*head["reason"]) if head["reason"] else None)
+    if not isinstance(head["values"], dict):
+        raise ValueError("its values are no object")
+    return JobResult(head["values"], arrays, _reason(head["reason"]))
+
+
+def _reason(parts: Any) -> Reason | None:
+    if parts is None:
+        return None
+    what, where, detail = parts
+    if not all(isinstance(part, str) for part in (what, where, detail)):
+        raise ValueError("its reason is no text")
+    return Reason(what, where, detail)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
+from pickcli.errors import DamagedError, InputError
 from pickcli.jobs.executors import Executor, SerialExecutor
 from pickcli.jobs.job import Job, Key
 from pickcli.jobs.job_result import JobResult
@@ -97,7 +98,8 @@ class Build:
         self.job, self.run_options = job, run_options or RunOptions()
         output = self.run_options.output
         self.journal = None if output is None else Journal(output, job.inputs)
-        self._records = dict(self.run_options.kept) | self._from_journal()
+        self._journaled = {} if self.journal is None else self.journal.read()  # not yet checked, by key
+        self._records = dict(self.run_options.kept)
         self.progress = BuildProgress(0, 0)
         self._efforts: dict[Key, float] = {}
 
@@ -111,14 +113,19 @@ class Build:
 
         Returns:
             Records, in the order of the keys.
+
+        Raises:
+            DamagedError: The journal has a record that cannot be a result of its task.
+            InputError: A worker returned such a record.
         """
+        self._take_from_journal(keys)
         missing = self._longest_first([key for key in keys if key not in self._records])
         self._begin_round(keys, missing)
         with closing(self.run_options.runner.run(self.job, missing)) as finished:
             for key, content in finished:
+                self._records[key] = self._from_worker(key, content)
                 if self.journal is not None:
                     self.journal.append(key, content)
-                self._records[key] = JobResult.of_bytes(content)
                 self._count(key)
         return [self._records[key] for key in keys]
 
@@ -131,10 +138,37 @@ class Build:
         if self.journal is not None:
             self.journal.remove()
 
-    def _from_journal(self) -> dict[Key, JobResult]:
+    def _take_from_journal(self, keys: Sequence[Key]) -> None:
+        """Add the records that the journal has of tasks. Raises DamagedError for one that does not fit."""
         if self.journal is None:
-            return {}
-        return {key: JobResult.of_bytes(content) for key, content in self.journal.read().items()}
+            return
+        for key in keys:
+            if (content := self._journaled.pop(key, None)) is not None:
+                try:
+                    self._records[key] = self._checked(key, content)
+                except ValueError as error:
+                    name = ", ".join(key)
+                    raise DamagedError(
+                        f"{self.journal.path}: its record of the task {name} is not a result of it: {error}; "
+                        "delete this journal and run the same command again"
+                    ) from None
+
+    def _from_worker(self, key: Key, content: bytes) -> JobResult:
+        """Read the record that a worker returned. Raises InputError if it does not fit."""
+        try:
+            return self._checked(key, content)
+        except ValueError as error:
+            raise InputError(
+                f"the task {', '.join(key)}: its worker returned what is not a result of it: {error}; "
+                "install the same version everywhere"
+            ) from None
+
+    def _checked(self, key: Key, content: bytes) -> JobResult:
+        """Read a record. Raises ValueError if it is none, or cannot be of this task."""
+        result = JobResult.of_bytes(content)
+        if fault := self.job.misfit(key, result):
+            raise ValueError(fault)
+        return result
 
     def _begin_round(self, keys: Sequence[Key], missing: Sequence[Key]) -> None:
         so_far, kept = self.progress, [self._records[key] for key in keys if key in self._records]

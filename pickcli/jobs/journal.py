@@ -111,9 +111,20 @@ def _records(content: bytes) -> Iterator[tuple[Key, bytes]]:
     while at >= 0:
         body = _body(content, at)
         if body is not None:
-            key, _, record = body.partition(b"\n")
-            yield tuple(json.loads(key)), record
+            name, _, record = body.partition(b"\n")
+            if (key := _key(name)) is not None:
+                yield key, record
         at = content.find(_MAGIC, at + (_HEAD.size + len(body) if body is not None else 1))
+
+
+def _key(name: bytes) -> Key | None:
+    """Return the task of a record from its name, if that is one."""
+    try:
+        parts = json.loads(name)
+    except (ValueError, RecursionError):
+        return None
+    is_key = isinstance(parts, list) and all(isinstance(part, str) for part in parts)
+    return tuple(parts) if is_key else None
 
 
 def _body(content: bytes, at: int) -> bytes | None:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import base64
-import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from pickcli.cell.fingerprint import digest
 from pickcli.errors import InputError, Reason
 from pickcli.jobs.job import Key, refuse_other_sources
 from pickcli.jobs.job_result import JobResult
+from pickcli.monte_carlo.packed_folder import misfit_of_folder, packed_folder
 from pickcli.trial.order import Order
 from pickcli.trial.played_trial import TrialConditions, TrialRequest, play_trial, stowed_scene
 from pickcli.trial.simulated_cell import TrialArm
-from pickcli.trial.trial_folder import write_folder
+from pickcli.trial.trial_folder import is_name_of_trial, write_folder
+from pickcli.trial.trial_record import RECORDS
 
 NOT_STOWED = "cannot be stowed"
 
@@ -96,35 +95,25 @@ class TrialJob:
             lambda folder: write_folder(folder, played.result, played.record, played.pictures, played.motion)
         )
 
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """Tell why a result cannot be one of a trial.
+
+        Args:
+            key: The key.
+            result: A result that was read, of whatever content.
+
+        Returns:
+            The fault, as a phrase; "" if there is none.
+        """
+        name, seed = key
+        if result.reason is not None:
+            return "" if result.reason.what == NOT_STOWED else f"it has the reason {result.reason}"
+        made_from = {"order": self.order_files[name], "seed": int(seed)}
+        return misfit_of_folder(result, is_name_of_trial, RECORDS, made_from)
+
     def __reduce__(self) -> tuple[Any, ...]:
         # Without caches, which belong to this process.
         arms = tuple(replace(arm, context=replace(arm.context)) for arm in self.arms)
         return TrialJob, (
             self.orders, self.order_files, arms, self.conditions, self.read, self.sources,
         )  # fmt: skip
-
-
-def packed_folder(write: Callable[[Path], Iterable[Path]]) -> JobResult:
-    """Return the files of a trial's folder as a result.
-
-    Args:
-        write: Writes them into a folder, and returns their paths.
-
-    Returns:
-        The files (base64, by name).
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in write(Path(folder))}
-    return JobResult({"files": files})
-
-
-def files_of(record: JobResult) -> dict[str, bytes]:
-    """Return the files of a trial's folder.
-
-    Args:
-        record: Result of a trial that was played.
-
-    Returns:
-        Contents by name.
-    """
-    return {name: base64.b64decode(content) for name, content in record.values["files"].items()}

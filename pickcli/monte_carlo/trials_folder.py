@@ -19,7 +19,7 @@ from pickcli.files.json_reader import parse_json
 from pickcli.jobs.job import Job, Key
 from pickcli.jobs.job_run import Build
 from pickcli.jobs.journal import journals
-from pickcli.monte_carlo.trial_job import files_of
+from pickcli.monte_carlo.packed_folder import files_of
 from pickcli.monte_carlo.trial_statistics import Record, TrialStatistics, score_share
 from pickcli.trial.trial_folder import refuse_existing_folder
 from pickcli.trial.trial_record import read_record

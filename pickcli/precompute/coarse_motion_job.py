@@ -50,6 +50,34 @@ class CoarseMotionJob:
         """
         return record_of(self._maker.make(motion_key(key)))
 
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """Tell why a result cannot be that of a task.
+
+        Args:
+            key: The task.
+            result: A result that was read, of whatever content.
+
+        Returns:
+            The fault, as a phrase; "" if there is none.
+        """
+        if result.reason is not None:
+            return ""
+        values, arrays, n = result.values, result.arrays, len(self.cell.robot.joint_names)
+        try:
+            made_of(motion_key(key), result, self.cell.robot.joint_names)
+            n_points, n_waypoints = len(arrays["times"]), len(arrays["waypoints"])
+        except (KeyError, TypeError, ValueError) as error:
+            return f"its fields are not those of a motion: {error}"
+        shapes = {"times": (n_points,), "waypoints": (n_waypoints, n)}
+        shapes |= dict.fromkeys(("positions", "velocities", "accelerations"), (n_points, n))
+        numbers = (values[name] for name in ("duration", "lower_bound", "clearance"))
+        is_sound = (
+            min(n_points, n_waypoints) > 0
+            and all(arrays[name].shape == shape for name, shape in shapes.items())
+            and all(isinstance(number, float) for number in numbers)
+        )
+        return "" if is_sound else f"its arrays and numbers are not those of a motion of {n} joints"
+
     def effort(self, key: Key) -> float:
         """Estimate the cost of a task: motions whose straight line is deep in collision take long.
 

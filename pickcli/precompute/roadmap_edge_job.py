@@ -84,6 +84,27 @@ class RoadmapEdgeJob:
                 return _record(nominal, f"for a displaced pod its length is {wide.length:.2f}")
         return _record(wide)
 
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """Tell why a result cannot be that of a task.
+
+        Args:
+            key: The task.
+            result: A result that was read, of whatever content.
+
+        Returns:
+            The fault, as a phrase; "" if there is none.
+        """
+        if result.reason is not None:
+            return ""
+        try:
+            validity_of(result)
+            shape = result.arrays["waypoints"].shape
+        except (KeyError, ValueError) as error:
+            return f"its fields are not those of an edge: {error}"
+        n = len(self.cell.robot.joint_names)
+        is_path = len(shape) == 2 and shape[0] >= 2 and shape[1] == n
+        return "" if is_path else f"its waypoints are no path of {n} joints: {list(shape)}"
+
     def _path(self, key: Key, pod_poses: PodPoses) -> JointPath | Reason:
         """Find the shortest path, or the reason for its absence."""
         validator, settings = self.checkers[pod_poses], self.settings

@@ -9,10 +9,10 @@ from typing import Any
 from pickcli.cell.fingerprint import digest
 from pickcli.jobs.job import Key, refuse_other_sources
 from pickcli.jobs.job_result import JobResult
-from pickcli.monte_carlo.trial_job import packed_folder
+from pickcli.monte_carlo.packed_folder import misfit_of_folder, packed_folder
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.stream_trials.stream_folder import write_stream_folder
-from pickcli.stream_trials.stream_record import stream_record
+from pickcli.stream_trials.stream_folder import NAMES, write_stream_folder
+from pickcli.stream_trials.stream_record import RECORDS, stream_record
 from pickcli.stream_trials.stream_trial import play_stream
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 
@@ -107,6 +107,19 @@ class StreamJob:
         record = stream_record(request, played.result, each.contexts[0], each.file_name, each.sha256)
         cells = tuple(context.cell for context in each.contexts)
         return packed_folder(lambda folder: write_stream_folder(folder, each.content, cells, played, record))
+
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """Tell why a result cannot be one of a trial.
+
+        Args:
+            key: The key.
+            result: A result that was read, of whatever content.
+
+        Returns:
+            The fault, as a phrase; "" if there is none.
+        """
+        made_from = {"stream": self.streams[key[0]].file_name, "seed": int(key[1])}
+        return misfit_of_folder(result, NAMES.__contains__, RECORDS, made_from)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without caches, which belong to this process.

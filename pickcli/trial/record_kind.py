@@ -69,7 +69,7 @@ class RecordKind:
         Raises:
             InputError: The file cannot be read.
         """
-        return bool(_parsed(path)[1].get("format") == self.format)
+        return bool(_parsed(_text(path), str(path))[1].get("format") == self.format)
 
     def read(self, path: Path) -> dict[str, Any]:
         """Read a record.
@@ -84,24 +84,44 @@ class RecordKind:
             InputError: The file cannot be read, or is no such record.
             StaleError: It has another version of the format.
         """
-        record, made = _parsed(path)
+        return self.parsed(_text(path), str(path))
+
+    def parsed(self, text: str, where: str) -> dict[str, Any]:
+        """Read a record from its text.
+
+        Args:
+            text: The text.
+            where: Name of the file, for messages.
+
+        Returns:
+            JSON values by name.
+
+        Raises:
+            InputError: It is no such record.
+            StaleError: It has another version of the format.
+        """
+        record, made = _parsed(text, where)
         if made.get("format") != self.format:
             raise InputError(
-                f"{path}: made_from.format is not {self.format!r}: no record of {self.played}; play one"
+                f"{where}: made_from.format is not {self.format!r}: no record of {self.played}; play one"
             )
         if made.get("version") != self.version:
             raise StaleError(
-                f"{path}: is of version {made.get('version')}, not {self.version}; play the trial again"
+                f"{where}: is of version {made.get('version')}, not {self.version}; play the trial again"
             )
         if lacking := self.keys - record.keys():
-            raise InputError(f"{path}: {', '.join(sorted(lacking))} missing; play the trial again")
+            raise InputError(f"{where}: {', '.join(sorted(lacking))} missing; play the trial again")
         if self.check is not None:
-            self.check(record, str(path))
+            self.check(record, where)
         return record
 
 
-def _parsed(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+def _text(path: Path) -> str:
+    return read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL)
+
+
+def _parsed(text: str, where: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """A record, and what it says that it was made from; {} of what is none."""
-    record = parse_json(read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path))
+    record = parse_json(text, where)
     made = record.get("made_from") if isinstance(record, dict) else None
     return (record, made) if isinstance(made, dict) else ({}, {})

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 MOTION, RECORD = "motion.json.gz", "trial.json"
 LOOKS = "look_*.png"
 PLANS = "plan_*.json", "seen_*.json"  # of --plans
-_NUMBERED = re.compile(r"(plan|seen)_\d{3,}\.json|look_\d{3,}_\w+\.png")
+_LOOK = re.compile(r"look_\d{3,}_\w+\.png")
+_NUMBERED = re.compile(rf"(plan|seen)_\d{{3,}}\.json|{_LOOK.pattern}")
 
 # All files of the folder, which are replaced in an existing one, besides numbered ones. The first is written
 # only for orders with a claim.
@@ -75,6 +76,18 @@ def numbered_files(folder: Path) -> tuple[Path, ...]:
     """
     there = sorted(folder.iterdir()) if folder.is_dir() else []
     return tuple(path for path in there if _NUMBERED.fullmatch(path.name))
+
+
+def is_name_of_trial(name: str) -> bool:
+    """Tell whether a trial of an order writes a file of a name, besides those of ``--plans``.
+
+    Args:
+        name: The name, from outside.
+
+    Returns:
+        Whether it does; false for every path with folders.
+    """
+    return name in NAMES or _LOOK.fullmatch(name) is not None
 
 
 def refuse_existing_folder(folder: Path, overwrite: bool) -> None:

@@ -33,7 +33,7 @@ from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_perception import LookRecord, PerceivedItem
 from pickcli.trial.trial_result import Attempt, RecoveryStep, TargetResult, TrialResult
 
-RECORDS = RecordKind("a trial", "apc-trial", 2)
+RECORDS = RecordKind("a trial", "apc-trial", 2, check=refuse_bad_record)
 CLAIM = (
     "Planning and verification saw the true poses with an error within pose_noise, but for a share of the "
     "poses, pose_outlier_share, that was off by up to pose_outlier_scale times as much; by camera they saw "
@@ -180,9 +180,7 @@ def read_record(path: Path) -> dict[str, Any]:
         InputError: The file cannot be read, is no record, or lacks required fields: with every field.
         StaleError: It has another version of the format.
     """
-    record = RECORDS.read(path)
-    refuse_bad_record(record, str(path))
-    return record
+    return RECORDS.read(path)
 
 
 def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:

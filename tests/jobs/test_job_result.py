@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 
-from pickcli.errors import DamagedError, Reason
+from pickcli.errors import Reason
 from pickcli.jobs.job_result import JobResult
 
 ARRAYS = st.dictionaries(
@@ -32,8 +32,12 @@ def test_a_record_comes_back_to_the_bit(arrays: dict[str, np.ndarray], text: str
     [b"", b"{}\n", b"[]\n", b'{"values": {}, "arrays": [["x", [2]]], "reason": null}\n12345678',
      b'{"values": {}, "arrays": [], "reason": null}\n1',
      b'{"values": {}, "arrays": [["x", [-1]]], "reason": null}\n',
+     b'{"values": [], "arrays": [], "reason": null}\n',
+     b'{"values": {}, "arrays": [], "reason": ["a", "b", 1]}\n',
+     b'{"values": {}, "arrays": [], "reason": ["a"]}\n',
+     b'{"values": {}, "arrays": [["x", [1000000000000000000000000]]], "reason": null}\n',
      b"[" * 100_000],
 )  # fmt: skip
 def test_bytes_that_are_no_record_are_refused(content: bytes) -> None:
-    with pytest.raises(DamagedError, match="delete the journal"):
+    with pytest.raises(ValueError, match="no record of a task"):
         JobResult.of_bytes(content)

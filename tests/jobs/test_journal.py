@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import resource
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -91,3 +93,11 @@ def test_a_journal_that_cannot_be_read_is_an_input_error(tmp_path: Path) -> None
     os.mkdir(journal.path)
     with pytest.raises(InputError, match="cannot be read"):
         journal.read()
+
+
+@pytest.mark.parametrize("name", [b"garbage", b"[1, 2]", b'{"a": 1}', b"\xff", b"[" * 100_000])
+def test_a_record_without_the_name_of_a_task_is_skipped(journal: Journal, name: bytes) -> None:
+    body = name + b"\nrecord"
+    head = b"APCTASK\n" + struct.pack("<Q", len(body)) + hashlib.sha256(body).digest()
+    journal.path.write_bytes(head + body + journal.path.read_bytes())
+    assert journal.read() == RECORDS

@@ -9,9 +9,11 @@ from typing import Any, cast
 
 import pytest
 
-from pickcli.errors import InputError
+from pickcli.errors import DamagedError, InputError
 from pickcli.jobs.executors import ProcessExecutor, SerialExecutor
+from pickcli.jobs.job_result import JobResult
 from pickcli.jobs.job_run import Build, BuildProgress, RunOptions
+from pickcli.jobs.journal import Journal
 from pickcli.monte_carlo import trials_folder
 from pickcli.monte_carlo.trial_job import TrialJob
 from pickcli.monte_carlo.trials_folder import (
@@ -104,6 +106,20 @@ def test_an_interrupted_run_goes_on_and_ends_in_the_same_figures(tmp_path: Path)
     played(job, whole)
     assert (folder / "trials.html").read_bytes() == (whole / "trials.html").read_bytes()
     assert without_clock((folder / SUMMARY).read_text()) == without_clock((whole / SUMMARY).read_text())
+
+
+@pytest.mark.parametrize("name", ["../victim.txt", "sub/x", "{absolute}"])
+def test_a_journal_writes_nowhere_but_in_the_folders_of_its_trials(tmp_path: Path, name: str) -> None:
+    job, folder, victim = ScriptedJob(("a",)), tmp_path / "run", tmp_path / "victim.txt"
+    folder.mkdir()
+    victim.write_text("mine")
+    result = job.make(("a", "0"))
+    files = {**result.values["files"], name.format(absolute=victim): "b3ZlcndyaXR0ZW4="}
+    journal = Journal(folder / SUMMARY, job.inputs)
+    journal.append(("a", "0"), JobResult({"files": files}).to_bytes())
+    with pytest.raises(DamagedError, match=rf"{journal.path}: .* which no such trial writes; delete this"):
+        played(job, folder)
+    assert victim.read_text() == "mine" and list(folder.iterdir()) == [journal.path]
 
 
 def test_a_run_that_was_interrupted_as_it_wrote_goes_on(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pickcli.commission.commission_folder import NAMES
 from pickcli.commission.commission_record import RECORDS
 from pickcli.commission.commission_result import (
     CommissionedItem,
@@ -18,6 +19,7 @@ from pickcli.commission.commission_result import (
 )
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import JobResult
+from pickcli.monte_carlo.packed_folder import misfit_of_folder
 from pickcli.pallet_trials.pallet_result import SetDownDeviation
 from pickcli.seeds import derived_rng
 from pickcli.trial.trial_record import record_text
@@ -81,6 +83,11 @@ class ScriptedCommissions:
             raise KeyboardInterrupt
         text = record_text(scripted_record(key[0], int(key[1]), self.chance))
         return JobResult({"files": {"trial.json": base64.b64encode(text.encode()).decode()}})
+
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """See CommissionJob."""
+        made_from = {"commission": f"{key[0]}.json", "seed": int(key[1])}
+        return misfit_of_folder(result, NAMES.__contains__, RECORDS, made_from)
 
 
 def write_scripted_commissions(

@@ -10,7 +10,9 @@ from typing import Any
 
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import JobResult
+from pickcli.monte_carlo.packed_folder import misfit_of_folder
 from pickcli.seeds import derived_rng
+from pickcli.stream_trials.stream_folder import NAMES
 from pickcli.stream_trials.stream_record import RECORDS
 from pickcli.stream_trials.stream_result import (
     ItemOutcome,
@@ -81,6 +83,11 @@ class ScriptedStreams:
             raise KeyboardInterrupt
         record = scripted_record(key[0], int(key[1]), self.chance, planning_ms=self.planning_ms)
         return JobResult({"files": {"trial.json": base64.b64encode(record_text(record).encode()).decode()}})
+
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """See StreamJob."""
+        made_from = {"stream": f"{key[0]}.json", "seed": int(key[1])}
+        return misfit_of_folder(result, NAMES.__contains__, RECORDS, made_from)
 
 
 def write_scripted_streams(folder: Path, name: str, seeds: range, chance: float, sha256: str = "a") -> Path:

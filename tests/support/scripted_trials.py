@@ -13,9 +13,11 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import JobResult
+from pickcli.monte_carlo.packed_folder import misfit_of_folder
 from pickcli.seeds import derived_rng
 from pickcli.trial.loop import run_trial
-from pickcli.trial.trial_record import record_text, trial_record
+from pickcli.trial.trial_folder import is_name_of_trial
+from pickcli.trial.trial_record import RECORDS, record_text, trial_record
 from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import ITEMS, pick_order
 from support.scripted_trial import ScriptedTrial, scene_of
@@ -61,6 +63,13 @@ class ScriptedJob:
             return JobResult(reason=Reason("cannot be stowed", name, "bin_A: its items do not fit"))
         text = record_text(scripted_record(name, int(seed), self.chance) | {"process": os.getpid()})
         return JobResult({"files": {"trial.json": base64.b64encode(text.encode()).decode()}})
+
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """See TrialJob."""
+        if key[0] == "full":
+            return ""
+        made_from = {"order": f"{key[0]}.json", "seed": int(key[1])}
+        return misfit_of_folder(result, is_name_of_trial, RECORDS, made_from)
 
 
 def write_scripted_trials(folder: Path, name: str, seeds: range, chance: float) -> Path:

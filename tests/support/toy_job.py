@@ -46,4 +46,10 @@ class Toy:
             time.sleep(0.02)
         if what == "sleep":
             time.sleep(60)
+        if what == "misfit":
+            return JobResult({"pid": 1})
         return JobResult({"pid": 0}, {"x": derived_rng(*key).normal(size=(3, 2)), "none": np.zeros((0, 2))})
+
+    def misfit(self, key: Key, result: JobResult) -> str:
+        """See Job."""
+        return "" if result.reason or result.values == {"pid": 0} else "it has another pid"
