@@ -16,6 +16,7 @@ from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
 from pickcli.errors import ApcError, InputError
 from pickcli.geometry import Array
+from pickcli.simulation.belt_clock import BeltEncoder
 from pickcli.simulation.driver import Driver, DriverFactory, DriverRequest
 
 Answer = TypeVar("Answer")
@@ -129,6 +130,42 @@ class GuardedDriver:
         if is_sensor and not isinstance(answer, bool):
             raise self._failure(f"sensor {device} answers {answer!r}, True or False expected")
         return answer
+
+    def belt_travel(self, conveyor: str) -> float | None:
+        """Return the measured travel of a conveyor.
+
+        Args:
+            conveyor: Name of the conveyor.
+
+        Returns:
+            m, finite; None if the driver has no encoder of it.
+        """
+        driver = self._driver
+        if not isinstance(driver, BeltEncoder):
+            return None
+        travel = self._guarded_call(lambda: driver.belt_travel(conveyor))
+        return None if travel is None else self._finite(travel, f"the travel of {conveyor}")
+
+    def encoder_latency(self, conveyor: str) -> float:
+        """Return by how much a reading of the encoder of a conveyor is old.
+
+        Args:
+            conveyor: Name of the conveyor.
+
+        Returns:
+            s, finite; 0 if the driver has no encoder.
+        """
+        driver = self._driver
+        if not isinstance(driver, BeltEncoder):
+            return 0.0
+        latency = self._guarded_call(lambda: driver.encoder_latency(conveyor))
+        return self._finite(latency, f"the latency of the encoder of {conveyor}")
+
+    def _finite(self, value: object, what: str) -> float:
+        """Return a number that the driver measured. Raises InputError for anything else."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise self._failure(f"{what} is {value!r}, a finite number expected")
+        return float(value)
 
     def step(self) -> None:
         """Wait for one period, in which the driver's time must increase."""
