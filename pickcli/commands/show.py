@@ -88,8 +88,10 @@ def _document(
     from pickcli.cell.cell_file import CELL_FILE
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import CELL, PLAN, SCENE, STACKED, STORE, TRIAL
+    from pickcli.monte_carlo.trials_folder import refuse_interrupted
 
     refuse_missing(path, (".h5", ".json"))
+    refuse_interrupted(path)
     if path.is_dir() and not _has_trials(path) and not (path / CELL_FILE).exists():
         raise InputError(
             f"{path}: is a folder without a finished trial ({RECORD}) and without a cell ({CELL_FILE}); name "
@@ -192,7 +194,8 @@ def _stream_trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> Page
     record = RECORDS.read(folder / RECORD)
     motion = read_stream_motion(folder, record)
     first = replace(arms, arm=arms.arm or next(iter(motion.arms), None))
-    stream = read_played_stream(folder / STREAM, record, lambda name: open_cell(cell_name or name, first))
+    cell = None if cell_name is None else open_cell(cell_name, first)
+    stream = read_played_stream(folder / STREAM, record, lambda name: open_cell(name, first), cell)
     workcell = load_workcell(stream.cell.path, arms.items) if motion.arms else None
     cells = (stream.cell,) if workcell is None else tuple(workcell.arms[name] for name in motion.arms)
     scene = waiting_scene(stream)

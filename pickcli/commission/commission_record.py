@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -104,9 +105,22 @@ def read_played_commission(path: Path, record: dict[str, Any]) -> Commission:
         StaleError: It is another file than the one of the record.
     """
     commission = read_commission(path)
+    refuse_other_commission(path, record)
+    return commission
+
+
+def refuse_other_commission(path: Path, record: Mapping[str, Any]) -> None:
+    """Refuse the file of a commission that is not the one of a record.
+
+    Args:
+        path: The file.
+        record: Record of a trial.
+
+    Raises:
+        StaleError: It is another one.
+    """
     if hashlib.sha256(path.read_bytes()).hexdigest() != record["made_from"].get("commission_sha256"):
         raise StaleError(f"{path}: is not the commission that the record was made from; play the trial again")
-    return commission
 
 
 def _thinned(poses: Array) -> Array:

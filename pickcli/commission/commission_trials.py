@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pickcli.commission.commission_record import RECORDS
+from pickcli.commission.commission_folder import COMMISSION
+from pickcli.commission.commission_record import RECORDS, refuse_other_commission
 from pickcli.commission.commission_statistics import CommissionStatistics, Record
 from pickcli.monte_carlo.trials_kind import TrialsKind
 
 FORMAT, VERSION = "apc-commission-trials", 1
-TRIALS = TrialsKind("commissions", RECORDS)
+TRIALS = TrialsKind("commissions", RECORDS, COMMISSION, refuse_other_commission)
 _COUNTED = ("success", "items_placed", "items_ordered", "delivered", "duration_s", "handling_s", "collisions",
             "limit_violations", "stops", "aborted")  # fmt: skip
 

@@ -71,6 +71,11 @@ class Journal:
         head = _HEAD.pack(_MAGIC, len(body), hashlib.sha256(body).digest())
         try:
             self._write(head + body)
+        except FileNotFoundError:
+            raise InputError(
+                f"{self.path.parent}: was removed during the run, and with it the tasks that were finished; "
+                "run the same command again"
+            ) from None
         except OSError as error:
             cure = "make room" if error.errno in _DISK_FULL else "mend that"
             raise InputError(

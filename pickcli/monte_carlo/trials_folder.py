@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from pickcli.errors import InputError
+from pickcli.errors import InputError, StaleError
 from pickcli.files.atomic_write import write_bytes, write_text
 from pickcli.files.bounded_reading import read_kind, read_text
 from pickcli.files.file_kind import TRIALS
@@ -97,6 +97,22 @@ def is_interrupted(folder: Path) -> bool:
     return folder.is_dir() and bool(journals(folder / SUMMARY))
 
 
+def refuse_interrupted(folder: Path) -> None:
+    """Refuse the folder of a run that was interrupted before all of its trials were played.
+
+    Args:
+        folder: The folder, which need not exist.
+
+    Raises:
+        InputError: It is such a folder.
+    """
+    if is_interrupted(folder) and not (folder / SUMMARY).is_file():
+        raise InputError(
+            f"{folder}: its run was interrupted, and has no {SUMMARY} yet; give the same apc run-trials "
+            "again to continue it"
+        )
+
+
 def play_trials(
     build: Build, job: SeededJob, seeds: Sequence[int], made_from: Mapping[str, Any], summary: Summary
 ) -> TrialsReport:
@@ -141,11 +157,21 @@ def write_trials(folder: Path, report: TrialsReport, page: bytes, replace: bool)
     if replace:
         (folder / SUMMARY).unlink(missing_ok=True)  # it is about other trials than those that follow
     for name, files in report.files.items():
-        (folder / name).mkdir(exist_ok=True)
+        _make_folder(folder / name)
         for file, content in files.items():
             write_bytes(folder / name / file, content, replace)
     write_bytes(folder / PAGE, page, replace)
     write_text(folder / SUMMARY, json.dumps(report.summary, indent=2, allow_nan=False) + "\n", replace)
+
+
+def _make_folder(path: Path) -> None:
+    """Make a folder if there is none, again if those above it were removed meanwhile. Raises InputError."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{path}: cannot be made: {error.strerror}; mend that and run the same command again"
+        ) from None
 
 
 def trial_name(key: Key) -> str:
@@ -191,7 +217,32 @@ def read_trials(folder: Path) -> dict[str, dict[str, Any]]:
         InputError: It contains no trial, or a record cannot be read.
         StaleError: A record has another version of the format.
     """
-    return {path.parent.name: read_record(path) for path in record_paths(folder)}
+    return read_records(folder, read_record)
+
+
+def read_records(folder: Path, read: Callable[[Path], dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Read the records of all trials in a folder, which have to be those that its ``trials.json`` lists.
+
+    Args:
+        folder: The folder.
+        read: Reads a ``trial.json``.
+
+    Returns:
+        Content of each, by the name of its folder, sorted.
+
+    Raises:
+        InputError: It contains no trial, or a record cannot be read.
+        StaleError: A record is of another seed than is listed.
+    """
+    records = {path.parent.name: read(path) for path in record_paths(folder)}
+    seeds = _listed(folder / SUMMARY) if (folder / SUMMARY).is_file() else {}
+    for name, seed in seeds.items():
+        if seed is not None and (stated := records[name]["made_from"].get("seed")) != seed:
+            raise StaleError(
+                f"{folder / name / RECORD}: is of seed {stated}, and {SUMMARY} lists it with seed {seed}; "
+                "play the trials again with --overwrite"
+            )
+    return records
 
 
 def record_paths(folder: Path) -> list[Path]:
@@ -217,11 +268,7 @@ def record_paths(folder: Path) -> list[Path]:
             what = f"{folder / SUMMARY}: lists the trial {missing.parent.name}, which has no {RECORD} there"
             raise InputError(f"{what}; play it again with --overwrite")
         return paths
-    if is_interrupted(folder):
-        raise InputError(
-            f"{folder}: its run was interrupted, and has no {SUMMARY} yet; give the same apc run-trials "
-            "again to continue it"
-        )
+    refuse_interrupted(folder)
     if paths := sorted(folder.glob(f"*/{RECORD}")):
         return paths
     if (folder / RECORD).is_file():
@@ -232,15 +279,16 @@ def record_paths(folder: Path) -> list[Path]:
     raise InputError(f"{folder}: no trials in it (no */{RECORD}); apc run-trials makes such a folder")
 
 
-def _listed(path: Path) -> list[str]:
-    """Return the sorted names of the trials that a ``trials.json`` lists. Raises InputError."""
+def _listed(path: Path) -> dict[str, Any]:
+    """Return the seeds of the trials that a ``trials.json`` lists, by name, sorted. Raises InputError."""
     content = parse_json(read_text(path, MAX_SUMMARY), str(path))
     lines = content.get("trials") if isinstance(content, dict) else None
     lines = lines if isinstance(lines, list) else []
     names = [line.get("trial") if isinstance(line, dict) else None for line in lines]
     if not names or not all(isinstance(name, str) and _is_beside(name) for name in names):
         raise InputError(f"{path}: lists no trials; play them again with --overwrite")
-    return sorted(str(name) for name in names)
+    seeds = {str(line["trial"]): line.get("seed") for line in lines}
+    return {name: seeds[name] for name in sorted(seeds)}
 
 
 def _is_beside(name: str) -> bool:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pickcli.errors import InputError
-from pickcli.monte_carlo.trials_folder import record_paths
+from pickcli.monte_carlo.trials_folder import read_records, record_paths
 from pickcli.trial.record_kind import RecordKind
 
 
@@ -18,10 +19,14 @@ class TrialsKind:
     Attributes:
         played: What is played, in the plural, for messages.
         records: Kind of the records of its trials.
+        task_file: Name of the file in the folder of a trial that has what was played.
+        refuse_other_task: Refuses, with a ``StaleError``, such a file that is not the one of a record.
     """
 
     played: str
     records: RecordKind
+    task_file: str
+    refuse_other_task: Callable[[Path, Mapping[str, Any]], None]
 
     def is_of(self, folder: Path) -> bool:
         """Tell whether the trials in a folder are of this kind.
@@ -57,6 +62,15 @@ class TrialsKind:
 
         Raises:
             InputError: A record cannot be read.
-            StaleError: It has another version of the format.
+            StaleError: It has another version of the format, is of another seed than is listed, or is beside
+                the file of another task.
         """
-        return {path.parent.name: self.records.read(path) for path in record_paths(folder)}
+        return read_records(folder, self._read)
+
+    def _read(self, path: Path) -> dict[str, Any]:
+        """Read a record, and refuse one beside the file of another task. Raises InputError and StaleError."""
+        record = self.records.read(path)
+        played = path.with_name(self.task_file)
+        if played.is_file():
+            self.refuse_other_task(played, record)
+        return record

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -69,13 +69,16 @@ def planned_by_values(context: PlanningContext) -> dict[str, int | None]:
     return {"expansions": context.settings.expansions, "recorded_grasps": recorded}
 
 
-def read_played_stream(path: Path, record: dict[str, Any], load: Callable[[str], Cell]) -> ItemStream:
+def read_played_stream(
+    path: Path, record: dict[str, Any], load: Callable[[str], Cell], cell: Cell | None = None
+) -> ItemStream:
     """Read the stream that a trial played.
 
     Args:
         path: File of the stream.
         record: Record of the trial.
         load: Opens the cell that the stream names.
+        cell: Its cell, if it is stated; None for the one that the stream names.
 
     Returns:
         The stream.
@@ -84,7 +87,20 @@ def read_played_stream(path: Path, record: dict[str, Any], load: Callable[[str],
         InputError: The file cannot be read, or has mistakes.
         StaleError: It is another file than the one of the record, or its cell has changed.
     """
-    stream = read_stream(path, load=load)
+    stream = read_stream(path, cell, load)
+    refuse_other_stream(path, record)
+    return stream
+
+
+def refuse_other_stream(path: Path, record: Mapping[str, Any]) -> None:
+    """Refuse the file of a stream that is not the one of a record.
+
+    Args:
+        path: The file.
+        record: Record of a trial.
+
+    Raises:
+        StaleError: It is another one.
+    """
     if hashlib.sha256(path.read_bytes()).hexdigest() != record["made_from"].get("stream_sha256"):
         raise StaleError(f"{path}: is not the stream that the record was made from; play the trial again")
-    return stream

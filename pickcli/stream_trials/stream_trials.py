@@ -10,11 +10,12 @@ from typing import Any
 
 from pickcli.monte_carlo.trial_statistics import Record
 from pickcli.monte_carlo.trials_kind import TrialsKind
-from pickcli.stream_trials.stream_record import COUNTS, RECORDS
+from pickcli.stream_trials.stream_folder import STREAM
+from pickcli.stream_trials.stream_record import COUNTS, RECORDS, refuse_other_stream
 from pickcli.stream_trials.stream_statistics import StreamStatistics
 
 FORMAT, VERSION = "apc-stream-trials", 1
-TRIALS = TrialsKind("streams", RECORDS)
+TRIALS = TrialsKind("streams", RECORDS, STREAM, refuse_other_stream)
 _FIGURES = (*COUNTS, "speed_m_s", "duration_s", "delivered_per_minute", "rule")
 
 

@@ -105,4 +105,4 @@ def test_where_the_output_cannot_be_written_the_journal_is_named(
         run_options.report(BuildProgress(4, 4, journal=journal))
         raise InputError("roadmap.h5: cannot be written: No space left on device")
     (note,) = stopped.value.__notes__  # which main() tells
-    assert f"4 of 4 tasks are kept in {journal}; run the same command again" in note
+    assert f"4 of 4 tasks are kept in {journal}; once that is mended, run the same command again" in note

@@ -88,6 +88,12 @@ def test_a_full_disk_is_told_and_what_was_kept_stays(journal: Journal) -> None:
     assert journal.read() == before | {("big",): bytes(10_000)}
 
 
+def test_a_folder_that_is_removed_meanwhile_is_told(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "gone" / "out.h5", "f" * 64)
+    with pytest.raises(InputError, match=r"gone: was removed during the run, .*; run the same command again"):
+        journal.append(("a",), b"x")
+
+
 def test_a_journal_that_cannot_be_read_is_an_input_error(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "out.h5", "f" * 64)
     os.mkdir(journal.path)

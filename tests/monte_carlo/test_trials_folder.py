@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 import pytest
 
-from pickcli.errors import DamagedError, InputError
+from pickcli.errors import DamagedError, InputError, StaleError
 from pickcli.jobs.executors import ProcessExecutor, SerialExecutor
 from pickcli.jobs.job_result import JobResult
 from pickcli.jobs.job_run import Build, BuildProgress, RunOptions
@@ -28,7 +29,7 @@ from pickcli.monte_carlo.trials_folder import (
 )
 from pickcli.page.html_page import page_bytes
 from pickcli.page.trials_page import trials_page
-from support.command_line import apc
+from support.command_line import apc, refused
 from support.scripted_trials import ScriptedJob
 
 SEEDS = range(3)
@@ -99,6 +100,11 @@ def test_an_interrupted_run_goes_on_and_ends_in_the_same_figures(tmp_path: Path)
         played(replace(job, ends_at=("b", "1")), folder)
     (journal,) = folder.iterdir()
     assert journal.name == "trials.json.0123456789ab.journal"
+    refused(
+        apc("show", folder, "-o", tmp_path / "page.html"),
+        3,
+        "its run was interrupted, and has no trials.json",
+    )
     refuse_trials_folder(folder, overwrite=False)
     told: list[BuildProgress] = []
     played(job, folder, RunOptions(report=told.append))
@@ -139,6 +145,23 @@ def test_a_run_that_was_interrupted_as_it_wrote_goes_on(
     played(job, whole)
     assert not is_interrupted(folder)
     assert without_clock((folder / SUMMARY).read_text()) == without_clock((whole / SUMMARY).read_text())
+
+
+def test_a_folder_that_was_removed_before_the_trials_are_written_is_made_again(tmp_path: Path) -> None:
+    job, folder = ScriptedJob(("a",)), tmp_path / "run"
+    report = played(job, folder)
+    shutil.rmtree(folder)
+    write_trials(folder, report, b"page", False)
+    assert (folder / SUMMARY).exists() and read_trials(folder).keys() == report.records.keys()
+
+
+def test_a_trial_of_another_seed_than_is_listed_is_refused(tmp_path: Path) -> None:
+    played(ScriptedJob(("a",)), tmp_path)
+    (tmp_path / "a-1" / "trial.json").write_bytes((tmp_path / "a-0" / "trial.json").read_bytes())
+    with pytest.raises(
+        StaleError, match=r"a-1/trial\.json: is of seed 0, and trials\.json lists it with seed 1"
+    ):
+        read_trials(tmp_path)
 
 
 def test_a_folder_with_other_files_needs_a_word(tmp_path: Path) -> None:

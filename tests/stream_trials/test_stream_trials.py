@@ -133,6 +133,22 @@ def test_only_the_trials_that_the_summary_lists_are_read(tmp_path: Path) -> None
     assert compared.code == 0 and "only in" not in compared.out
 
 
+def test_a_trial_that_is_not_the_one_of_the_summary_or_of_its_stream_is_refused(tmp_path: Path) -> None:
+    run, page = tmp_path / "run", tmp_path / "page.html"
+    played(ScriptedStreams(("a",)), run)
+    (run / "a-1" / "stream.json").write_text("{}")
+    refused(apc("show", run, "-o", page), 4, "a-1/stream.json: is not the stream that the record was made")
+    (run / "a-1" / "stream.json").unlink()
+    record = run / "a-1" / "trial.json"
+    record.write_text((run / "a-2" / "trial.json").read_text())
+    refused(
+        apc("show", run, "-o", page), 4, "a-1/trial.json: is of seed 2, and trials.json lists it with seed 1"
+    )
+    other = tmp_path / "other"
+    played(ScriptedStreams(("a",)), other)
+    refused(apc("compare-trials", other, run), 4, "is of seed 2, and trials.json lists it with seed 1")
+
+
 def test_a_summary_that_cannot_be_followed_is_refused(tmp_path: Path) -> None:
     played(ScriptedStreams(("a",)), tmp_path / "run")
     summary = tmp_path / "run" / SUMMARY

@@ -57,7 +57,8 @@ def building(
     except (KeyboardInterrupt, InputError) as stop:
         if last is not None and last.journal is not None and last.journal.exists():
             done = f"{last.done:.0f} of {last.total:.0f} tasks are kept in {last.journal}"
-            stop.add_note(f"{done}; run the same command again to continue")
+            when = "once that is mended, " if isinstance(stop, InputError) else ""
+            stop.add_note(f"{done}; {when}run the same command again to continue")
         raise
     for journal in journals(output):
         click.echo(

@@ -208,7 +208,7 @@ def _removed_if_empty(folder: Path, is_new: bool) -> Iterator[None]:
     try:
         yield
     finally:
-        if is_new and not any(folder.iterdir()):
+        if is_new and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
 
 
