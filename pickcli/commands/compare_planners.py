@@ -111,7 +111,9 @@ def command(
     most = f"at most {iterations} iterations{own}"
     if {ARA_STAR, ARA_STAR_FIRST} & {*names.split(",")}:
         most += f", {expansions} expansions of ARA*"
-    click.echo(f"{len(asked)} pairs, {tries} tries each, payload {payload}, {most}")
+    click.echo(
+        f"{len(asked)} pairs, {tries} {'try' if tries == 1 else 'tries'} each, payload {payload}, {most}"
+    )
     for item, why in without.items():
         click.echo(f"{item} has no pregrasp in the middle of the window: {why}")
     click.echo(f"lengths and durations: the {len(done.common)} pairs that all solved, median try of each")
@@ -119,15 +121,13 @@ def command(
 
 
 def _refuse_beside_stream(pairs: str | None, payload: PayloadClass, planners: str) -> None:
-    """Refuse what has no meaning with --stream. Raises UsageError."""
+    """Refuse what has no meaning with --stream. Raises UsageError, and InputError for a planner."""
     if pairs is not None:
         raise click.UsageError("name pairs with --pairs or a stream with --stream, not both")
     if str(payload) != "empty":
         raise click.UsageError("--payload: to a pregrasp the tool goes empty; leave --payload out")
     if SEARCH in planners.split(","):
-        raise click.UsageError(
-            f"--planners: {SEARCH!r} knows one goal only, pregrasps are several; leave it out"
-        )
+        raise InputError(f"--planners: {SEARCH!r} knows one goal only, pregrasps are several; leave it out")
 
 
 def _of_pairs(

@@ -46,6 +46,9 @@ if TYPE_CHECKING:
     from pickcli.simulation.world import World
 
 
+TO_THE_START = "add --bridge, which does that"
+TO_THE_BELT = "or plan the pick from there, with apc plan-pick --from"
+
 NamedScene: TypeAlias = "tuple[Scene, Path | None]"  # a scene and its file; None for the empty cell
 
 
@@ -162,9 +165,9 @@ def command(
         world = cast("World", driver) if driver_name == SIMULATED else None
         with stage("simulation" if world else "execution"):
             operator = signal_of(operator_stops, driver.t) if operator_stops else None
-            runs = run_plans(
-                plans, driven(driver, operator) if world is None else simulated(world, film, operator)
-            )
+            carry_out = driven(driver, operator) if world is None else simulated(world, film, operator)
+            is_of_scene = request.stream_path is None
+            runs = run_plans(plans, carry_out, TO_THE_START if is_of_scene else TO_THE_BELT)
         if as_json:
             emit_json({"driver": driver_name, **execution_summary(plans, runs, world)})
         else:

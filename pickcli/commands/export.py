@@ -13,7 +13,8 @@ from pickcli.commands.operations.plan_verification import refuse_tracking, trust
 from pickcli.commands.options.arm_options import ArmRequest, standing_option
 from pickcli.commands.options.common_options import json_option, output_option, refuse_output
 from pickcli.commands.options.option_types import PATH, FiniteRange, RenamedOption, refuse_suffix
-from pickcli.commands.options.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
+from pickcli.commands.options.scene_options import refuse_held, scene_or_cell_options
+from pickcli.commands.options.stream_options import StreamOptions, stream_options
 from pickcli.export.formats import format_names
 
 _NUMBER = re.compile("[0-9]{1,9}")  # number of a channel
@@ -25,6 +26,7 @@ _NUMBER = re.compile("[0-9]{1,9}")  # number of a channel
               help=f"Format of the output: {', '.join(format_names())}.")  # fmt: skip
 @output_option("exported plan")
 @scene_or_cell_options
+@stream_options
 @standing_option
 @click.option("--rate", type=FiniteRange(1.0, 1000.0), metavar="HZ",
               help="Samples per second.  [default: the plan's own points; urscript: 125]")  # fmt: skip
@@ -35,17 +37,21 @@ _NUMBER = re.compile("[0-9]{1,9}")  # number of a channel
 def command(
     plan_path: Path, format_name: str, output: Path, overwrite: bool, scene_path: Path | None,
     cell_name: str | None, items_path: Path | None, standing: tuple[str, ...], rate: float | None,
-    channel_texts: tuple[str, ...], as_json: bool,
+    channel_texts: tuple[str, ...], as_json: bool, request: StreamOptions,
 ) -> None:  # fmt: skip
     """Write a verified plan for a robot or for other tools.
 
     The plan is verified first, even if it has a certificate: in the scene that it was made for; name only
     --cell if it was made without one. The same plan gives the same bytes.
 
+    Off a conveyor that stands, name the stream. A plan for one that runs cannot be exported: its set points
+    follow the encoder, by a driver (apc execute --stream; docs/how-to/pick-from-a-conveyor.md).
+
     \b
     Example:
       apc export plan.json --format joint-trajectory --scene scene.json -o trajectory.json
       apc export plan.json --format mcap --scene scene.json --rate 100 -o plan.mcap
+      apc export standing.json --format csv --stream stream.json -o standing.csv
       apc export move.json --format urscript --cell ur5e_crates --channel valve=3 -o move.script
     """
     from pickcli.errors import InputError, UnknownNameError
@@ -62,12 +68,14 @@ def command(
     if channel_texts and not format_.has_channels:
         raise click.UsageError(f"--channel: the format {format_name} has no channels; leave it out")
     channels = _channels(channel_texts)
-    refuse_output(output, overwrite, plan_path, scene_path, cell_name, items_path)
+    request.refuse_scene(scene_path)
+    refuse_output(output, overwrite, plan_path, scene_path, cell_name, items_path, request.stream_path)
     plan = read_plan(plan_path)
     refuse_tracking(plan, plan_path)
-    scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
+    scene = request.surroundings(plan, scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
     refuse_held(scene, scene_path)
-    plan = trusted(plan, plan_path, scene, "plan it again", scene_path)
+    option = "--scene" if request.stream_path is None else "--stream"
+    plan = trusted(plan, plan_path, scene, "plan it again", request.stream_path or scene_path, option)
     try:
         with stage("export"):
             content = format_.encode(ExportRequest(plan, scene, rate, channels))

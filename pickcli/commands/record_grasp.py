@@ -18,7 +18,7 @@ from pickcli.commands.options.common_options import (
     refuse_output,
 )
 from pickcli.commands.options.option_types import PATH
-from pickcli.errors import InputError, UnknownNameError
+from pickcli.errors import InputError, StaleError, UnknownNameError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -74,6 +74,7 @@ def command(
     \b
     Example:
       apc record-grasp --plan plan.json -o grasps.json
+      apc record-grasp --plan belt.json --cell conveyor_sia20 -o belt_grasps.json
       apc record-grasp --item dove_beauty_bar --grasp 0,0,17,180,0,0 --add -o grasps.json
     """
     from pickcli.grasping.recorded_grasp_file import read_recorded_grasps, write_recorded_grasps
@@ -110,7 +111,22 @@ def _of_plan(path: Path, cell_name: str, arms: ArmRequest) -> tuple[Cell, Record
     if arms.arm not in (None, plan.arm):
         raise InputError(f"--arm {arms.arm}: the plan is of {plan.arm or 'the only arm'}; leave --arm out")
     cell = open_cell(cell_name, ArmRequest.of_plan(plan, arms.standing, arms.items))
+    if plan.cell_fingerprint != cell.fingerprint:
+        raise StaleError(
+            f"{path}: its plan ({plan.query}) was made for {_named(plan.cell_fingerprint)}, and this is "
+            f"{cell.name}; name the cell of the plan with --cell"
+        )
     return cell, recorded_from_plan(plan, cell)
+
+
+def _named(fingerprint: str) -> str:
+    """Name the cell of a fingerprint, if it is one under data/cells."""
+    from pickcli.drawing.draw import cell_of
+
+    try:
+        return cell_of(fingerprint).name
+    except InputError:
+        return f"a cell of the fingerprint {fingerprint[:12]}"
 
 
 def _stated(

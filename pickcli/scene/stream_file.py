@@ -20,7 +20,7 @@ from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_checks import FLOATING, ONE_POSE, SUNK, check_id, check_item, check_overlaps
 from pickcli.scene.scene_file import cell_of_file, pose_of_model, pose_values
-from pickcli.scene.stream_schema import StreamModel
+from pickcli.scene.stream_schema import MAX_TIME, StreamModel
 
 FROM_EDGE = 1e-6  # m, rounding of an item that reaches to the edge of the belt
 
@@ -137,6 +137,10 @@ def _check_names(source: Source, model: StreamModel, cell: Cell) -> None:
         seen.add(item.id)
         check_id(source, ("items", i, "id"), item.id, cell)
         check_item(source, ("items", i, "name"), item, cell)
+    if late := [i for i, item in enumerate(model.items) if item.stamp > MAX_TIME]:
+        text = f"{model.items[late[0]].stamp:g} s is beyond {MAX_TIME:g} s"
+        cure = "they count from any moment that all share: subtract the first stamp from all, and from --now"
+        source.add(("items", late[0], "stamp"), f"{text}; {cure}")
     for i, (before, after) in enumerate(pairwise(model.items), start=1):
         if after.stamp < before.stamp:
             text = f"{after.stamp:g} s is before {before.stamp:g} s of the item before; sort the items by it"

@@ -20,7 +20,7 @@ class RidingItemModel(ScenePoseModel):
     id: Text = Field(description="a name of its own in this stream")
     name: Text = Field(description="an item's name")
     year: int = Field(description="2015 or 2016")
-    stamp: Annotated[float, Field(ge=0, le=MAX_TIME)] = Field(description="s at which the pose holds")
+    stamp: Annotated[float, Field(ge=0)] = Field(description="s at which the pose holds")
     noise: NoiseModel | None = Field(default=None, description="bounds of the error of this pose")
 
 
@@ -37,7 +37,7 @@ class StreamModel(FileModel):
     one_by_one: bool = Field(
         False, description="whether each item is set on the belt, which stands, when the one before is gone"
     )
-    seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(0, description="the seed it was made with")
     items: Annotated[tuple[RidingItemModel, ...], Len(0, MAX_RIDING)] = Field(
         description="the items, by their stamps"
     )

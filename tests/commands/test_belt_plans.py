@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pickcli.cell.data_path import data_path
 from pickcli.motion.plan_file import read_plan
 from pickcli.trial.motion_record import read_motion
 from support.command_line import apc, misused, refused
@@ -47,12 +49,55 @@ def test_a_plan_for_a_running_belt_needs_its_stream_and_is_not_exported(stream: 
     plan, out = tmp_path / "plan.json", tmp_path / "plan.csv"
     assert apc("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "-o", plan).code == 0
     for words in (("verify", plan), ("execute", plan), ("show", plan, "-o", tmp_path / "plan.html")):
-        misused(apc(*words), "the plan is for the running belt; name the stream with --stream")
-        misused(apc(*words, "--cell", "conveyor_sia20"), "name the stream with --stream")
+        refused(apc(*words), 3, "the plan is for the running belt; name the stream with --stream")
+        refused(apc(*words, "--cell", "conveyor_sia20"), 3, "name the stream with --stream")
     told = "its set points follow the encoder of belt"
-    refused(apc("export", plan, "--format", "csv", "--cell", "conveyor_sia20", "-o", out), 3, told)
+    for where in (("--cell", "conveyor_sia20"), ("--stream", stream)):
+        refused(apc("export", plan, "--format", "csv", *where, "-o", out), 3, told)
     refused(apc("check-driver", "recorder", plan, "--cell", "conveyor_sia20"), 3, told)
     assert not out.exists()
+
+
+def test_a_plan_off_a_belt_that_stands_is_exported_with_its_stream(tmp_path: Path) -> None:
+    stream, plan, out = tmp_path / "stream.json", tmp_path / "plan.json", tmp_path / "plan.csv"
+    assert apc("make-stream", "--items", "1", "--speed", "0", "--seed", "4", "-o", stream).code == 0
+    assert apc("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "-o", plan).code == 0
+    words = ("export", plan, "--format", "csv", "-o", out)
+    exported = apc(*words, "--stream", stream)
+    assert exported.code == 0 and out.stat().st_size > 10_000
+    misused(apc(*words, "--overwrite", "--stream", stream, "--scene", stream), "not both")
+    values = json.loads(stream.read_text())
+    values["items"][0]["position"][0] += 0.01
+    stream.write_text(json.dumps(values))
+    refused(apc(*words, "--overwrite", "--stream", stream), 4, f"{stream} is")
+
+
+def test_a_plan_that_takes_nothing_from_a_running_belt_is_no_plan_of_its_stream(
+    stream: Path, tmp_path: Path
+) -> None:
+    plan = tmp_path / "move.json"
+    move = ("plan-move", "--cell", "conveyor_sia20", "--from", "home", "--to", "belt", "-o", plan)
+    assert apc(*move).code == 0
+    refused(apc("verify", plan, "--stream", stream), 4, "takes nothing from a belt that runs; name its own")
+
+
+def test_a_plan_that_begins_elsewhere_is_not_bridged_while_the_belt_runs(
+    stream: Path, tmp_path: Path
+) -> None:
+    plan = tmp_path / "plan.json"
+    assert apc("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "-o", plan).code == 0
+    away = apc("execute", plan, "--stream", stream, "--from", "tote")
+    refused(away, 3, "or plan the pick from there, with apc plan-pick --from")
+    assert "--bridge" not in away.err
+
+
+def test_a_rule_that_has_items_met_at_one_place_is_named_where_that_is_out_of_reach(
+    stream: Path, tmp_path: Path
+) -> None:
+    words = ("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "--stream-rule", "pr2-2013")
+    refused(
+        apc(*words, "-o", tmp_path / "p.json"), 5, "the rule lets items be met at 1.44 m from the infeed only"
+    )
 
 
 def test_by_default_the_first_item_is_picked_as_it_enters(stream: Path, tmp_path: Path) -> None:
@@ -135,9 +180,9 @@ def test_options_of_planners_and_rules_that_do_not_apply_are_wrong_usage(
 
 def test_nothing_is_set_down_on_a_running_belt(stream: Path, tmp_path: Path) -> None:
     words = ("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "--into", "belt")
-    misused(apc(*words, "-o", tmp_path / "p.json"), "--into belt: it runs, and nothing is set down on it")
+    refused(apc(*words, "-o", tmp_path / "p.json"), 3, "--into belt: it runs, and nothing is set down on it")
     dropped = (*words[:-2], "--drop-from", "inside", "-o", tmp_path / "p.json")
-    misused(apc(*dropped), "--drop-from: off a running belt items are dropped from over the rim")
+    refused(apc(*dropped), 3, "--drop-from: off a running belt items are dropped from over the rim")
 
 
 def test_names_that_are_unknown_are_told(stream: Path, tmp_path: Path) -> None:
@@ -223,6 +268,18 @@ def test_a_trial_of_a_stream_keeps_its_plans_and_is_shown(tmp_path: Path) -> Non
     assert np.abs(motion.joints[k, : len(planned)] - planned).max() < 0.05  # rad or m: joints lag a little
     (out / "stream.json").write_text((out / "stream.json").read_text().replace('"seed": 5', '"seed": 6'))
     refused(apc("show", out, "-o", page, "--overwrite"), 4, "is not the stream that the record was made from")
+
+
+def test_a_trial_in_a_cell_of_ones_own_is_shown_with_that_cell(tmp_path: Path) -> None:
+    own, path, out = tmp_path / "own", tmp_path / "stream.json", tmp_path / "trial"
+    shutil.copytree(data_path() / "cells" / "conveyor_sia20", own)
+    text = (own / "cell.yaml").read_text()
+    (own / "cell.yaml").write_text(text.replace("name: conveyor_sia20", "name: my_belt", 1))
+    assert apc("make-stream", "--cell", own, "--items", "1", "--seed", "3", "-o", path).code == 0
+    assert apc("run-trial", path, "--cell", own, "-o", out).code == 0
+    refused(apc("show", out, "-o", tmp_path / "page.html"), 3, "unknown cell 'my_belt'")
+    for named in (out, out / "trial.json"):
+        assert apc("show", named, "--cell", own, "-o", tmp_path / "page.html", "--overwrite").code == 0
 
 
 def test_a_trial_in_which_no_arm_moved_has_nothing_to_show(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ def test_a_row_per_planner_and_the_same_in_json() -> None:
     text = apc(*QUICK, "--pairs", "home:bin_A")
     assert text.code == 0
     first, _, head, *rows = text.out.splitlines()
-    assert first == "1 pairs, 1 tries each, payload empty, at most 400 iterations"
+    assert first == "1 pairs, 1 try each, payload empty, at most 400 iterations"
     assert head.startswith("planner") and [row.split()[0] for row in rows] == ["RRTConnect", "AORRTC"]
     told = json.loads(apc(*QUICK, "--pairs", "home:bin_A", "--json").out)
     assert [row["planner"] for row in told["planners"]] == ["RRTConnect", "AORRTC"]
@@ -58,7 +58,7 @@ def test_a_stream_is_compared_by_the_pregrasps_of_its_items(tmp_path: Path) -> N
     [
         (("--pairs", "home:belt"), 2, "not both"),
         (("--payload", "cube"), 2, "--payload: to a pregrasp the tool goes empty"),
-        (("--planners", "search"), 2, "'search' knows one goal only"),
+        (("--planners", "search"), 3, "'search' knows one goal only"),
         (("--arm", "third"), 3, "unknown arm 'third'"),
     ],
 )

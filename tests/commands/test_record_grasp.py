@@ -24,6 +24,20 @@ def test_a_plans_grasp_is_recorded_and_planned_with_again(made: Made, tmp_path: 
     assert np.allclose(replanned.grasp.T_item_tip, plan.grasp.T_item_tip, atol=1e-6)
 
 
+def test_the_cell_of_a_plan_is_named_if_it_is_another(made: Made, tmp_path: Path) -> None:
+    words = ("record-grasp", "--plan", made.plan, "-o", tmp_path / "grasps.json", "--cell")
+    refused(
+        apc(*words, "conveyor_sia20"),
+        4,
+        "was made for apc2016_delft, and this is conveyor_sia20; name the cell",
+    )
+    values = json.loads(made.plan.read_text()) | {"cell_fingerprint": "0" * 64, "certificate": None}
+    unknown = tmp_path / "unknown.json"
+    unknown.write_text(json.dumps(values))
+    answer = apc("record-grasp", "--plan", unknown, "-o", tmp_path / "grasps.json")
+    refused(answer, 4, f"was made for a cell of the fingerprint {'0' * 12}, and this is apc2016_delft")
+
+
 def test_stated_grasps_are_added_to_a_file(tmp_path: Path) -> None:
     path = tmp_path / "grasps.json"
     assert apc(*STATED, "-o", path).code == 0

@@ -191,6 +191,27 @@ def test_a_file_that_cannot_be_is_refused_with_its_line(
     assert told in str(error.value) and str(path) in str(error.value)
 
 
+def test_stamps_of_a_clock_that_began_long_ago_are_told_what_to_subtract(cell: Cell, tmp_path: Path) -> None:
+    path = tmp_path / "stream.json"
+    write_stream(drawn(cell, 4), path)
+    data = json.loads(path.read_text())
+    for item in data["items"]:
+        item["stamp"] += 1_764_500_000.0
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match="subtract the first stamp from all, and from --now") as error:
+        read_stream(path)
+    assert str(error.value).count("stamp:") == 1 and "ms" not in str(error.value).split("stamp:")[1]
+
+
+def test_a_stream_written_by_hand_needs_no_seed(cell: Cell, tmp_path: Path) -> None:
+    path = tmp_path / "stream.json"
+    write_stream(drawn(cell, 2), path)
+    data = json.loads(path.read_text())
+    del data["seed"]
+    path.write_text(json.dumps(data))
+    assert read_stream(path).seed == 0
+
+
 def test_items_that_overlap_at_any_time_are_refused(cell: Cell, tmp_path: Path) -> None:
     path = tmp_path / "stream.json"
     write_stream(drawn(cell, 3), path)

@@ -43,13 +43,14 @@ def film_of(video: Path | None, cell: Cell, plans: list[Plan]) -> GifRecorder | 
 
 
 def run_plans(
-    plans: list[Plan], carry_out: Callable[[Plan, ProgressObserver], PlanRecord]
-) -> list[PlanRecord]:  # fmt: skip
+    plans: list[Plan], carry_out: Callable[[Plan, ProgressObserver], PlanRecord], advice: str
+) -> list[PlanRecord]:
     """Execute plans in order until one fails; the world is left as it is then.
 
     Args:
         plans: The plans.
         carry_out: Executes a plan, as from ``driven`` or ``simulated``.
+        advice: What to do if the robot is not where a plan begins.
 
     Returns:
         The executions, the last of which may have failed.
@@ -65,7 +66,6 @@ def run_plans(
             try:
                 run = carry_out(plan, report)
             except StartError as error:
-                advice = "add --bridge, which does that"
                 raise StartError(error.joint, error.offset, error.unit, advice) from None
             runs.append(run)
             if not run.is_clean:

@@ -81,7 +81,8 @@ def refuse_tracking(plan: Plan, path: Path) -> None:
     if plan.tracking is not None:
         raise InputError(
             f"{path}: its set points follow the encoder of {plan.tracking.conveyor}, and by the clock alone "
-            "they would miss the item; apc execute --stream plays it"
+            "they would miss the item; apc execute --stream plays it, by a driver that has that encoder "
+            "(docs/how-to/pick-from-a-conveyor.md)"
         )
 
 

@@ -17,6 +17,7 @@ from pickcli.commands.options.common_options import passed_as, refuse_output
 from pickcli.commands.options.option_types import PATH, FiniteRange
 from pickcli.commands.options.scene_options import scene_or_empty
 from pickcli.commands.options.trial_options import is_stated
+from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.commands.options.plan_options import PlanOptions
@@ -94,14 +95,15 @@ class StreamOptions:
             The scene.
 
         Raises:
-            UsageError: Nothing is named; or no stream, and the plan is for a running conveyor.
-            InputError: A file or the cell cannot be read.
+            UsageError: Nothing is named.
+            InputError: A file or the cell cannot be read; or no stream is named, and the plan is for a
+                running conveyor.
             StaleError: They are not those of the plan.
         """
         if self.stream_path is not None:
             return self.scene_of(plan, cell_name, arms)
         if plan.tracking is not None:
-            raise click.UsageError(
+            raise InputError(
                 f"the plan is for the running {plan.tracking.conveyor}; name the stream with --stream"
             )
         return scene_or_empty(scene_path, cell_name, arms)
@@ -127,16 +129,15 @@ class StreamOptions:
         stream, tracking = self.stream(cell_name, arms), plan.tracking
         starts = 0.0 if tracking is None else tracking.t_stream
         runs = f"{stream.conveyor} runs at {stream.speed:g} m/s within {stream.speed_error:g}"
-        planned = "stands" if tracking is None else (
-            f"is {tracking.conveyor} at {tracking.speed:g} m/s within {tracking.speed_error:g}"
-        )  # fmt: skip
-        if tracking is None:
-            is_same = stream.speed == 0.0
-        else:
+        if tracking is None and stream.speed > 0.0:
+            fault = f"the plan ({plan.query}) takes nothing from a belt that runs"
+            raise StaleError(f"{self.stream_path}: {runs}, but {fault}; name its own scene with --scene")
+        if tracking is not None:
             is_same = (tracking.conveyor, tracking.speed) == (stream.conveyor, stream.speed)
-            is_same &= tracking.speed_error >= stream.speed_error
-        if not is_same:
-            raise StaleError(f"{self.stream_path}: {runs}, but the belt of the plan {planned}; plan it again")
+            if not is_same or tracking.speed_error < stream.speed_error:
+                planned = f"{tracking.conveyor} at {tracking.speed:g} m/s within {tracking.speed_error:g}"
+                fault = f"but the belt of the plan is {planned}"
+                raise StaleError(f"{self.stream_path}: {runs}, {fault}; plan it again")
         if tracking is not None and self.now is not None and abs(self.now - starts) > SAME_TIME:
             fault = f"--now {self.now:g}: the plan starts at {starts:g} s of its stream"
             raise StaleError(f"{fault}; leave --now out, or plan it again")
@@ -181,7 +182,8 @@ def plan_from_stream(
         options: The options of the command.
 
     Raises:
-        UsageError: No item is named, or an option has no meaning for the belt.
+        UsageError: No item is named.
+        InputError: An option has no meaning for the belt as it runs.
         NoPlanError: The item cannot be met, with every reason.
     """
     from pickcli.commands.options.stated_pick import destination
@@ -198,11 +200,9 @@ def plan_from_stream(
     if item not in (ids := [riding.id for riding in stream.items]):
         raise UnknownNameError("item", item, ids, str(request.stream_path))
     if into == stream.conveyor and stream.speed > 0.0:
-        raise click.UsageError(f"--into {into}: it runs, and nothing is set down on it; name another place")
+        raise InputError(f"--into {into}: it runs, and nothing is set down on it; name another place")
     if stream.speed > 0.0 and is_stated("drop_from"):
-        raise click.UsageError(
-            "--drop-from: off a running belt items are dropped from over the rim; leave it out"
-        )
+        raise InputError("--drop-from: off a running belt items are dropped from over the rim; leave it out")
     stream = stream.presenting(item)
     scene = stream.scene_at(now)
     rule = StreamRule(stream_rule)

@@ -135,7 +135,9 @@ def timely_grasps(
         late = max(reached, belt.ramp) + inward - latest
         if late > 0.0:
             least = min(least, late)
-            failures += Reason("too late", str(motion.grasp), f"by {1e3 * late:.0f} ms at least")
+            failures += Reason(
+                "too late", str(motion.grasp), f"by {1e3 * late:.0f} ms at least{belt.only_there}"
+            )
         else:
             way = estimated_duration(context.space, np.stack([start.q, near.start]))
             timely.append((max(earliest, way + inward), motion))
@@ -201,7 +203,7 @@ def _window(
     if earliest > latest:
         lacking = abs(belt.speed) * (earliest - latest)
         short = f"{context.arm.names[belt.axis]} and the window are {lacking:.2f} m too short for the lines"
-        return Failures.of(Reason("out of the window", str(motion.grasp), short))
+        return Failures.of(Reason("out of the window", str(motion.grasp), f"{short}{belt.only_there}"))
     return ContactWindow(taking, earliest, latest)
 
 

@@ -130,6 +130,14 @@ class QueryBelt:
         stream = self.stream
         return LineTracking(stream.conveyor, stream.speed, stream.speed_error, self.deviation, self.now)
 
+    @property
+    def only_there(self) -> str:
+        """For reasons, the one place at which a rule lets items be met; "" if they may be met anywhere."""
+        if self.meets is None:
+            return ""
+        place = self.stream.belt.window[0] + self.stream.speed * (self.meets - self.first)
+        return f"; the rule lets items be met at {place:.2f} m from the infeed only"
+
     def brought_too_far(self, plan: Plan, grasp: str) -> Reason | None:
         """Say that the belt brings what is not known until a plan ends, at the most that it may run.
 
