@@ -44,7 +44,8 @@ def write_bytes(path: Path, content: bytes, replace: bool = True) -> None:
             "another name or add --overwrite"
         ) from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; it is left as it was") from None
+        kept = "it is left as it was" if os.path.lexists(path) else "nothing was written"
+        raise InputError(f"{path}: cannot be written: {error.strerror}; {kept}") from None
 
 
 def write_text(path: Path, text: str, replace: bool = True) -> None:

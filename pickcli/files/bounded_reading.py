@@ -7,7 +7,7 @@ import stat
 from pathlib import Path
 
 from pickcli.errors import InputError
-from pickcli.files.file_kind import CELL, FileKind, kind_of, refuse_other_kind, refuse_utf_16
+from pickcli.files.file_kind import CELL, FileKind, kind_of, refuse_encoded, refuse_other_kind
 
 _log = logging.getLogger(__name__)
 
@@ -101,7 +101,9 @@ def read_kind(path: Path) -> FileKind | None:
             head += file.read()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    refuse_utf_16(path, head)
+    refuse_encoded(path, head)
+    if not head:
+        raise InputError(f"{path}: is empty; check the name")
     return kind_of(head) or (CELL if path.suffix == ".yaml" else None)
 
 

@@ -18,6 +18,7 @@ STORE_END = (
     b"APCSPARE"  # last bytes of a stored file, whose header backup can be used if its beginning is damaged
 )
 HEAD = 64  # bytes used to recognise the encoding of a text
+GZIP_MAGIC = b"\x1f\x8b\x08"
 UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 PICTURE_MAGICS = (b"\x89PNG\r\n\x1a\n", b"GIF87a", b"GIF89a", b"\xff\xd8\xff")  # PNG, GIF, JPEG
 
@@ -182,7 +183,7 @@ def refuse_other_kind(path: Path, content: bytes, wanted: FileKind, is_whole: bo
     Raises:
         InputError: It is of another kind.
     """
-    refuse_utf_16(path, content)
+    refuse_encoded(path, content)
     found = kind_of(content)
     if found is not None:
         name = found.name
@@ -197,16 +198,20 @@ def refuse_other_kind(path: Path, content: bytes, wanted: FileKind, is_whole: bo
         raise InputError(f"{path}: is {name}{cut} but {wanted.name} is expected here ({wanted.origin})")
 
 
-def refuse_utf_16(path: Path, content: bytes) -> None:
-    """Refuse a text in UTF-16: with a byte order mark, or with every other byte zero.
+def refuse_encoded(path: Path, content: bytes) -> None:
+    """Refuse what has to be changed to be read: an archive of gzip, or a text in UTF-16.
+
+    The latter is one with a byte order mark, or with every other byte zero.
 
     Args:
         path: The file, for messages.
         content: Its content or the beginning of it.
 
     Raises:
-        InputError: It is such a text.
+        InputError: It is such a file.
     """
+    if content.startswith(GZIP_MAGIC):
+        raise InputError(f"{path}: is compressed by gzip; unpack it, and name what was in it")
     low, high = content[:HEAD:2], content[1:HEAD:2]
     is_ascii = len(high) > 1 and any(
         not any(a) and b.isascii() and all(b) for a, b in ((low, high), (high, low))

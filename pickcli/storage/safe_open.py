@@ -29,8 +29,8 @@ from pickcli.files.file_kind import (
     STORE,
     STORE_END,
     kind_of,
+    refuse_encoded,
     refuse_other_kind,
-    refuse_utf_16,
 )
 from pickcli.storage.header_backup import MAX_FILE
 from pickcli.storage.table_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, FileFormat, Table
@@ -156,7 +156,7 @@ def check_readable(path: Path) -> None:
             head = file.read(HEAD)
             end = _last_bytes(file)
             text = head + file.read(MAX_TEXT_READ) if _is_text(head) else None
-        refuse_utf_16(path, head)
+        refuse_encoded(path, head)
         if head.startswith(PICTURE_MAGICS):
             refuse_other_kind(path, head, STORE)
         if text is not None:

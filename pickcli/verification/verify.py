@@ -287,7 +287,8 @@ def _same_world(plan: Plan, scene: Scene) -> str:
         if made_for != here:
             mismatch = f"the plan was made for the {name} {made_for}, this is {here}"
             figures = f" ({SCENE_FIGURES})" if name == "scene" else ""
-            raise StaleError(f"{mismatch}{figures}; name the {name} that it was made for, or plan it again")
+            source = "stream" if name == "scene" and plan.tracking is not None else name
+            raise StaleError(f"{mismatch}{figures}; name the {source} that it was made for, or plan it again")
     return digest
 
 

@@ -220,6 +220,11 @@ def test_a_plan_is_executed_while_the_belt_runs(stream: Path, tmp_path: Path) ->
     for command in ("execute", "verify"):
         other = apc(command, plan, "--stream", tmp_path / "faster.json", "--now", now)
         refused(other, 4, "belt runs at 0.4 m/s within 0, but the belt of the plan is belt at 0.33 m/s")
+    nearer = json.loads(stream.read_text())
+    nearer["items"][1]["position"][0] += 0.01
+    (tmp_path / "nearer.json").write_text(json.dumps(nearer))
+    other = apc("verify", plan, "--stream", tmp_path / "nearer.json", "--now", now)
+    refused(other, 4, "name the stream that it was made for, or plan it again")
 
 
 def test_a_stream_is_played(tmp_path: Path) -> None:

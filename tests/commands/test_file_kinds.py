@@ -112,7 +112,9 @@ READ: dict[str, dict[str, FileKind | None]] = {
         "roadmap": STORE, "trajectories": STORE, "strategy_name": STRATEGY, "grasps_path": GRASPS,
     },
     "compare-trials": {"first": TRIALS, "second": TRIALS},
-    "export": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
+    "export": {
+        "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "stream_path": STREAM,
+    },
     "check-driver": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "check": {"path": STORE, "cell_name": CELL, "items_path": ITEMS},
     "refresh": {"path": STORE, "cell_name": CELL},

@@ -44,6 +44,11 @@ def test_a_failure_leaves_the_old_file_and_no_litter(
     assert [p.name for p in tmp_path.iterdir()] == ["file.bin"]
 
 
+def test_a_file_that_could_not_be_made_is_not_said_to_be_left(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="No such file or directory; nothing was written"):
+        write_bytes(tmp_path / "none" / "file.bin", b"new")
+
+
 def test_an_interrupt_leaves_no_litter_either(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(_: int) -> None:
         raise KeyboardInterrupt

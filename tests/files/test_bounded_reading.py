@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pickcli.errors import InputError
-from pickcli.files.bounded_reading import read_bytes, read_text, refuse_special_file
+from pickcli.files.bounded_reading import read_bytes, read_kind, read_text, refuse_special_file
 from pickcli.files.file_kind import HDF5_MAGIC, PLAN
 
 
@@ -68,3 +68,10 @@ def test_a_file_of_another_kind_is_called_by_its_name_even_where_it_is_too_large
     path.write_bytes(HDF5_MAGIC + bytes(100))
     with pytest.raises(InputError, match="is a roadmap or trajectory database, but a plan is expected here"):
         read_text(path, 20, wanted=PLAN)
+
+
+def test_a_file_of_no_bytes_has_no_kind_and_is_called_empty(tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    path.touch()
+    with pytest.raises(InputError, match=f"^{path}: is empty; check the name"):
+        read_kind(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import time
 from pathlib import Path
 
@@ -87,6 +88,12 @@ def test_every_kind_is_told(content: bytes, kind: FileKind) -> None:
     for wanted in set(KINDS) - {kind}:
         with pytest.raises(InputError, match=f"^f: is {kind.name}, but {wanted.name} is expected here "):
             refuse_other_kind(Path("f"), content, wanted, is_whole=False)
+
+
+def test_an_archive_is_called_that() -> None:
+    for content, kind in BEGINNINGS:
+        with pytest.raises(InputError, match=r"^f: is compressed by gzip; unpack it"):
+            refuse_other_kind(Path("f"), gzip.compress(content), kind)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])

@@ -15,9 +15,10 @@ from pickcli.commands.options.arm_options import arm_option
 from pickcli.commands.options.artifact_options import artifact_options, load_context
 from pickcli.commands.options.build_options import jobs_option
 from pickcli.commands.options.common_options import (
+    CELL_HELP,
+    DEFAULT_CELL,
     advised,
     approach_option,
-    cell_option,
     drop_from_option,
     items_option,
     passed_as,
@@ -355,6 +356,14 @@ def refuse_options_of_orders(names: Iterable[str], kind: str) -> None:
         raise click.UsageError(f"{' and '.join(stated)} {verb} to orders, not to {kind}; leave it out")
 
 
+def _cell_option(function: F) -> F:
+    """Give a command the option --cell NAME|FOLDER, whose default depends on what is played."""
+    return click.option(
+        "--cell", "cell_name", metavar="NAME|FOLDER", default=DEFAULT_CELL,
+        help=f"{CELL_HELP}  [default: {DEFAULT_CELL}; of a stream, pallet or commission its own]",
+    )(function)  # fmt: skip
+
+
 def trial_options(function: F) -> F:
     """Give a command the options of every command that plays trials.
 
@@ -367,7 +376,7 @@ def trial_options(function: F) -> F:
     function = passed_as("options", TrialOptions)(function)
     for option in (  # the last is the first in the help
         jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
-        cell_option, reality_option, locate_tote_option,
+        _cell_option, reality_option, locate_tote_option,
         tote_shift_option("none, unless --reality says otherwise"),
         pod_shift_option("random, unless --reality says otherwise"),
         approach_option, drop_from_option("rim"), stow_rule_option, strategy_option, pose_noise_option,
