@@ -12,6 +12,7 @@ import numpy as np
 
 from pickcli.commission.commission import Commission
 from pickcli.commission.commission_file import read_commission
+from pickcli.commission.commission_record_schema import refuse_bad_commission_record
 from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.commission.people_watch import SHOWN_EVERY, WatchedOutcome
@@ -25,7 +26,7 @@ DRIVE_STEP = 10  # periods between poses of a drive that are kept
 KEYS = frozenset(
     ("success", "steps", "items", "drives", "duration_s", "collisions", "arm_from_s", "pallet_on_forks")
 )
-RECORDS = RecordKind("a commission", "apc-commission-trial", 2, KEYS)
+RECORDS = RecordKind("a commission", "apc-commission-trial", 2, KEYS, refuse_bad_commission_record)
 
 
 def commission_record(

@@ -65,6 +65,8 @@ class JobResult:
 def _parsed(content: bytes) -> JobResult:
     line, _, rest = content.partition(b"\n")
     head = json.loads(line)
+    if not isinstance(head, dict):
+        raise ValueError("it is no object")
     arrays: dict[str, Array] = {}
     for name, shape in head["arrays"]:
         size = math.prod(shape)

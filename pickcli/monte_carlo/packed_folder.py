@@ -71,7 +71,7 @@ def misfit_of_folder(
         content = files_of(result)[RECORD]
         record = records.parsed(content.decode(), f"its {RECORD}")
     except (ValueError, TypeError):
-        return "its files are no texts in base64"
+        return f"its files are not in base64, or its {RECORD} is no text"
     except (InputError, StaleError) as error:
         return str(error)
     stated = record["made_from"]

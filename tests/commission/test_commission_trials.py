@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -139,6 +140,27 @@ def test_kinds_are_never_mixed(tmp_path: Path) -> None:
         "apple_commission is a commission and jsk_pick_sample is not",
     )  # fmt: skip
     assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda record: record["steps"][0].pop("t_end"), r"steps\[0\]\.t_end"),
+        (lambda record: record.update(people={"number": 1}), r"people: lacks .*braked_s"),
+        (lambda record: record.update(duration_s="long"), r"duration_s"),
+        (lambda record: record["items"].append({"id": "beer"}), r"items\[3\]\.outcome"),
+    ],
+)
+def test_a_record_that_statistics_cannot_take_is_refused_by_its_field(
+    tmp_path: Path, change: Callable[[dict[str, Any]], object], told: str
+) -> None:
+    run = write_scripted_commissions(tmp_path / "run", "a", range(1), 0.3)
+    path = run / "a-0" / "trial.json"
+    record = json.loads(path.read_text())
+    change(record)
+    path.write_text(json.dumps(record))
+    with pytest.raises(InputError, match=told):
+        TRIALS.read(run)
 
 
 def test_what_does_not_fit_is_refused_before_any_work(tmp_path: Path) -> None:

@@ -62,9 +62,18 @@ def test_a_file_that_no_such_trial_writes_is_refused(name: str) -> None:
         (lambda files: files.pop("trial.json"), "it has no trial.json"),
         (lambda files: files.update({"trial.json": ""}), "the file is empty"),
         (lambda files: files.update({"trial.json": "!!!"}), "the file is empty"),
-        (lambda files: files.update({"trial.json": "AAAAA"}), "no texts in base64"),
-        (lambda files: files.update({"trial.json": "/////w=="}), "no texts in base64"),
-        (lambda files: files.update({"stream.json": None}), "no texts in base64"),
+        (
+            lambda files: files.update({"trial.json": "AAAAA"}),
+            "its files are not in base64, or its trial.json is no text",
+        ),
+        (
+            lambda files: files.update({"trial.json": "/////w=="}),
+            "its files are not in base64, or its trial.json is no text",
+        ),
+        (
+            lambda files: files.update({"stream.json": None}),
+            "its files are not in base64, or its trial.json is no text",
+        ),
         (lambda files: files.update({"trial.json": "bm9uc2Vuc2U="}), "its trial.json:1:1: not JSON"),
         (lambda files: files.update({"trial.json": "e30="}), "no record of a stream"),
     ],
