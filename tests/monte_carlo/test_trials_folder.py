@@ -10,8 +10,10 @@ from typing import Any, cast
 
 import pytest
 
+from pickcli.commands.output.trials_output import TrialsFolder, played_trials
 from pickcli.errors import DamagedError, InputError, StaleError
 from pickcli.jobs.executors import ProcessExecutor, SerialExecutor
+from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import JobResult
 from pickcli.jobs.job_run import Build, BuildProgress, RunOptions
 from pickcli.jobs.journal import Journal
@@ -153,6 +155,18 @@ def test_a_folder_that_was_removed_before_the_trials_are_written_is_made_again(t
     shutil.rmtree(folder)
     write_trials(folder, report, b"page", False)
     assert (folder / SUMMARY).exists() and read_trials(folder).keys() == report.records.keys()
+
+
+def test_a_folder_that_is_removed_during_a_run_is_told(tmp_path: Path) -> None:
+    class Removing(ScriptedJob):
+        def make(self, key: Key) -> JobResult:
+            shutil.rmtree(tmp_path / "run")
+            return super().make(key)
+
+    folder = TrialsFolder(tmp_path / "run", False, None, False)
+    with pytest.raises(InputError, match=r"run: was removed during the run, .*; run the same command again"):
+        played_trials(cast(TrialJob, Removing(("a",))), SEEDS, folder, 1, {}, order_summary, trials_page)
+    assert not folder.path.exists()
 
 
 def test_a_trial_of_another_seed_than_is_listed_is_refused(tmp_path: Path) -> None:
