@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -29,6 +29,7 @@ from pickcli.simulation.plan_record import FiredEvent, PlanRecord
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
 from pickcli.simulation.trigger import TriggerDistance
+from pickcli.timing.limit_check import peaks
 
 END_TIME = 0.1  # s after the last set point, in which the servo arrives and the last events fire
 STOPPED_SPEED = 0.02  # rad/s or m/s; a stopping robot is at rest if all joints are slower
@@ -36,6 +37,7 @@ SEAL_TIME = 1.5  # s beyond the plan's wait on an item; a line that leaked is ev
 REST_TOLERANCE = 1e-6  # rad/s or m/s of every joint
 TRACE_STEPS = 10  # steps between samples of the tool's lag
 PROGRESS_STEPS = 100  # steps between reports of progress
+LEAST_STOP = 0.1  # share of the limits that a stop may use with an item, even where its plan uses less
 
 D = TypeVar("D", bound=Driver)
 
@@ -291,7 +293,7 @@ class PlanRun(Generic[D]):
         """Stop on the path until the operator releases the robot; return the rest of the motion."""
         from pickcli.timing.stopping_trajectory import resume
 
-        trajectory, limits = self.plan.trajectory, self.driver.cell.robot.limits
+        trajectory, limits = self.plan.trajectory, self._limits_of_stops
         is_noted = bool(self.operator_stops) and self.operator_stops[-1].end is None
         begin = self.operator_stops.pop().begin if is_noted else self.driver.t - self.t_start
         if self.trace.plan_times[-1] >= trajectory.duration:
@@ -306,6 +308,25 @@ class PlanRun(Generic[D]):
             return None
         resumed = resume(trajectory, halted.end, limits)
         return PathMotion(resumed.trajectory, resumed.path_times)
+
+    @property
+    def _limits_of_stops(self) -> Limits:
+        """Limits of the operator's stop: with an item those that the plan itself uses to carry it.
+
+        For these the load on the tool was judged; at the limits of the joints a stop may tear the item off.
+        """
+        limits, plan = self.driver.cell.robot.limits, self.plan
+        held = [s for s in plan.segments if s.held is not None]
+        if self.segment_at(self.trace.plan_times[-1]).held is None or not held:
+            return limits
+        times = plan.trajectory.times
+        carries = (times[1:] > held[0].t_start) & (times[:-1] < held[-1].t_end)
+        _, acceleration, jerk = (each[carries].max(axis=0) for each in peaks(plan.trajectory))
+        return replace(
+            limits,
+            acceleration=np.clip(acceleration, LEAST_STOP * limits.acceleration, limits.acceleration),
+            jerk=np.clip(jerk, LEAST_STOP * limits.jerk, limits.jerk),
+        )
 
     def segment_at(self, t_plan: float) -> Segment:
         """Return the segment at a time of the plan.

@@ -11,7 +11,7 @@ from pickcli.cell.cell import Cell
 from pickcli.simulation.drive import drive
 from pickcli.simulation.execute import execute
 from pickcli.simulation.operator_stop import OperatorStop, signal_of
-from pickcli.simulation.plan_run import END_TIME
+from pickcli.simulation.plan_run import END_TIME, LEAST_STOP
 from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.recorder import Recorder
 from pickcli.timing.stopping_trajectory import resume, stop
@@ -77,6 +77,23 @@ def test_an_item_in_the_cup_is_held_through_the_stop_and_released_at_its_place(
     )
     assert record.has_item and [r.is_wanted for r in record.releases] == [True]
     assert record.collisions == ()
+
+
+@given(share=st.floats(0.0, 1.0))
+@settings(max_examples=40, deadline=None)
+def test_with_an_item_stop_and_resume_accelerate_no_harder_than_the_plan(share: float) -> None:
+    """What the tool bears was judged for the plan: at the limits of the joints an item may be torn off."""
+    held = [segment for segment in PLAN.segments if segment.held is not None]
+    begin = held[0].t_start + share * (held[-1].t_end - held[0].t_start)
+    driver = Recorder(shipped_cell(), PLAN.trajectory.positions[0], PLAN.segments[0].tool_state)
+    record = drive(PLAN, driver, operator=signal_of([OperatorStop(begin, begin + 2.0)]))
+    assert record.is_clean, record.trouble
+    times = np.arange(held[0].t_start, held[-1].t_end, driver.time_step)
+    limits = driver.cell.robot.limits.acceleration
+    most = np.maximum(np.abs(PLAN.trajectory.sample(times, 2)).max(axis=0), LEAST_STOP * limits)
+    points = np.array([q for t, q in driver.set_points if begin - 0.01 < t < begin + 3.0])
+    used = np.abs(np.diff(points, 2, axis=0)).max(axis=0) / driver.time_step**2
+    assert (used <= 1.02 * most + 1e-3).all()
 
 
 @given(
