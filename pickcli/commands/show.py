@@ -120,7 +120,11 @@ def _document(
         return _cell(path, arms)
     if kind is TRIAL:
         folder = path if path.is_dir() else path.parent
-        return _trial(folder, cell_name, arms) if (folder / RECORD).is_file() else _trials(folder)
+        if (folder / RECORD).is_file():
+            return _trial(folder, cell_name, arms)
+        if cell_name is not None:
+            raise click.UsageError("--cell: a folder of trials is shown without their cells; leave it out")
+        return _trials(folder)
     found = "is not a file that apc knows" if kind is None else f"is {kind.name}"
     raise InputError(
         f"{path}: {found}, but a roadmap, trajectory database, plan, scene, trial, stacked pallet or cell is "

@@ -79,6 +79,9 @@ def test_a_folder_has_every_trial_a_summary_and_a_page_that_show_makes_again(tmp
     assert told["made_from"]["format"] == "apc-stream-trials"
     assert apc("show", tmp_path / "run", "-o", tmp_path / "page.html").code == 0
     assert (tmp_path / "page.html").read_bytes() == (tmp_path / "run" / PAGE).read_bytes()
+    misused(
+        apc("show", tmp_path / "run", "--cell", "nope", "-o", tmp_path / "x.html"), "--cell", "leave it out"
+    )
 
 
 def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path: Path) -> None:

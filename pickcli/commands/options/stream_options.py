@@ -131,7 +131,9 @@ class StreamOptions:
         runs = f"{stream.conveyor} runs at {stream.speed:g} m/s within {stream.speed_error:g}"
         if tracking is None and stream.speed > 0.0:
             fault = f"the plan ({plan.query}) takes nothing from a belt that runs"
-            raise StaleError(f"{self.stream_path}: {runs}, but {fault}; name its own scene with --scene")
+            raise StaleError(
+                f"{self.stream_path}: {runs}, but {fault}; name its own scene with --scene, or its own stream"
+            )
         if tracking is not None:
             is_same = (tracking.conveyor, tracking.speed) == (stream.conveyor, stream.speed)
             if not is_same or tracking.speed_error < stream.speed_error:

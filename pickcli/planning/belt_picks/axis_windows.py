@@ -179,6 +179,8 @@ def contact_window(
     if not isinstance(window, Failures) or not is_raised:
         return window
     higher = higher_item(problem, unwound, belt.coming, belt.left(t_planned))
+    if higher == problem.target.id:
+        return window
     over = f"{higher} that the belt may bring" if higher else "what the belt may bring"
     return Failures(tuple(replace(each, detail=f"{each.detail}; they lead over {over}") for each in window))
 
@@ -202,7 +204,7 @@ def _window(
     earliest, latest = _between(belt, context, motion, t_planned, lasting)
     if earliest > latest:
         lacking = abs(belt.speed) * (earliest - latest)
-        short = f"{context.arm.names[belt.axis]} and the window are {lacking:.2f} m too short for the lines"
+        short = f"{context.arm.names[belt.axis]} and the window are {lacking:.3f} m too short for the lines"
         return Failures.of(Reason("out of the window", str(motion.grasp), f"{short}{belt.only_there}"))
     return ContactWindow(taking, earliest, latest)
 
