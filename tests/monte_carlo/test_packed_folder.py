@@ -61,7 +61,10 @@ def test_a_file_that_no_such_trial_writes_is_refused(name: str) -> None:
     [
         (lambda files: files.pop("trial.json"), "it has no trial.json"),
         (lambda files: files.update({"trial.json": ""}), "the file is empty"),
-        (lambda files: files.update({"trial.json": "!!!"}), "the file is empty"),
+        (
+            lambda files: files.update({"stream.json": "%%%"}),
+            "its files are not in base64, or its trial.json is no text",
+        ),
         (
             lambda files: files.update({"trial.json": "AAAAA"}),
             "its files are not in base64, or its trial.json is no text",
