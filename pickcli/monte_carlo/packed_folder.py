@@ -42,7 +42,9 @@ def files_of(result: JobResult) -> dict[str, bytes]:
     Returns:
         Contents by name.
     """
-    return {name: base64.b64decode(content, validate=True) for name, content in result.values["files"].items()}
+    return {
+        name: base64.b64decode(content, validate=True) for name, content in result.values["files"].items()
+    }
 
 
 def misfit_of_folder(
