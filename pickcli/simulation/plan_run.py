@@ -37,6 +37,7 @@ SEAL_TIME = 1.5  # s beyond the plan's wait on an item; a line that leaked is ev
 REST_TOLERANCE = 1e-6  # rad/s or m/s of every joint
 TRACE_STEPS = 10  # steps between samples of the tool's lag
 PROGRESS_STEPS = 100  # steps between reports of progress
+HARDER = 1.2  # times the accelerations of its plan that a stop with an item may use: plans load tools to 0.8
 LEAST_STOP = 0.1  # share of the limits that a stop may use with an item, even where its plan uses less
 
 D = TypeVar("D", bound=Driver)
@@ -311,9 +312,9 @@ class PlanRun(Generic[D]):
 
     @property
     def _limits_of_stops(self) -> Limits:
-        """Limits of the operator's stop: with an item those that the plan itself uses to carry it.
+        """Limits of the operator's stop: with an item little more than the plan itself uses to carry it.
 
-        For these the load on the tool was judged; at the limits of the joints a stop may tear the item off.
+        For that the load on the tool was judged; at the limits of the joints a stop may tear the item off.
         """
         limits, plan = self.driver.cell.robot.limits, self.plan
         held = [s for s in plan.segments if s.held is not None]
@@ -321,7 +322,7 @@ class PlanRun(Generic[D]):
             return limits
         times = plan.trajectory.times
         carries = (times[1:] > held[0].t_start) & (times[:-1] < held[-1].t_end)
-        _, acceleration, jerk = (each[carries].max(axis=0) for each in peaks(plan.trajectory))
+        _, acceleration, jerk = (HARDER * each[carries].max(axis=0) for each in peaks(plan.trajectory))
         return replace(
             limits,
             acceleration=np.clip(acceleration, LEAST_STOP * limits.acceleration, limits.acceleration),

@@ -91,7 +91,9 @@ def test_stopped_by_the_operator_the_arm_leaves_the_belt_and_goes_on_with_the_it
         assert where == "belt" and run.operator_stops[0].end is None
     else:
         assert run.stop is None and where == "tote"
-        assert run.operator_stops[0].end == pytest.approx(t_stop + 2.0, abs=2e-3)
+        # Released while it still brakes with the item, it comes to rest first.
+        assert run.operator_stops[0].end is not None
+        assert t_stop + 2.0 - 2e-3 <= run.operator_stops[0].end <= t_stop + 2.5
     running.close()
 
 
