@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -17,10 +15,9 @@ from pickcli.commission.commission_station import CommissionStation
 from pickcli.commission.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.commission.people_watch import SHOWN_EVERY, WatchedOutcome
 from pickcli.driving.drive_tracking import PERIOD
-from pickcli.errors import StaleError
 from pickcli.geometry import Array
 from pickcli.scene.scene_file import scene_hash
-from pickcli.trial.record_kind import RecordKind
+from pickcli.trial.record_kind import RecordKind, refuse_other_file
 
 DRIVE_STEP = 10  # periods between poses of a drive that are kept
 KEYS = frozenset(
@@ -106,22 +103,8 @@ def read_played_commission(path: Path, record: dict[str, Any]) -> Commission:
         StaleError: It is another file than the one of the record.
     """
     commission = read_commission(path)
-    refuse_other_commission(path, record)
+    refuse_other_file("commission", path, record)
     return commission
-
-
-def refuse_other_commission(path: Path, record: Mapping[str, Any]) -> None:
-    """Refuse the file of a commission that is not the one of a record.
-
-    Args:
-        path: The file.
-        record: Record of a trial.
-
-    Raises:
-        StaleError: It is another one.
-    """
-    if hashlib.sha256(path.read_bytes()).hexdigest() != record["made_from"].get("commission_sha256"):
-        raise StaleError(f"{path}: is not the commission that the record was made from; play the trial again")
 
 
 def _thinned(poses: Array) -> Array:

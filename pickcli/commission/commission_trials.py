@@ -6,15 +6,17 @@ See docs/formats/trials.md.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from pickcli.commission.commission_folder import COMMISSION
-from pickcli.commission.commission_record import RECORDS, refuse_other_commission
+from pickcli.commission.commission_record import RECORDS
 from pickcli.commission.commission_statistics import CommissionStatistics, Record
 from pickcli.monte_carlo.trials_kind import TrialsKind
+from pickcli.trial.record_kind import refuse_other_file
 
 FORMAT, VERSION = "apc-commission-trials", 1
-TRIALS = TrialsKind("commissions", RECORDS, COMMISSION, refuse_other_commission)
+TRIALS = TrialsKind("commissions", RECORDS, COMMISSION, partial(refuse_other_file, "commission"))
 _COUNTED = ("success", "items_placed", "items_ordered", "delivered", "duration_s", "handling_s", "collisions",
             "limit_violations", "stops", "aborted")  # fmt: skip
 

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from pickcli.cell.cell import Cell
-from pickcli.errors import StaleError
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.item_stream import ItemStream
 from pickcli.scene.stream_file import read_stream
 from pickcli.stream_trials.stream_record_schema import refuse_bad_stream_record
 from pickcli.stream_trials.stream_result import StreamTrialResult
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
-from pickcli.trial.record_kind import RecordKind
+from pickcli.trial.record_kind import RecordKind, refuse_other_file
 
 COUNTS = "presented", "attempted", "delivered", "collisions", "limit_violations", "stops"
 RECORDS = RecordKind("a stream", "apc-stream-trial", 3, check=refuse_bad_stream_record)
@@ -88,19 +86,5 @@ def read_played_stream(
         StaleError: It is another file than the one of the record, or its cell has changed.
     """
     stream = read_stream(path, cell, load)
-    refuse_other_stream(path, record)
+    refuse_other_file("stream", path, record)
     return stream
-
-
-def refuse_other_stream(path: Path, record: Mapping[str, Any]) -> None:
-    """Refuse the file of a stream that is not the one of a record.
-
-    Args:
-        path: The file.
-        record: Record of a trial.
-
-    Raises:
-        StaleError: It is another one.
-    """
-    if hashlib.sha256(path.read_bytes()).hexdigest() != record["made_from"].get("stream_sha256"):
-        raise StaleError(f"{path}: is not the stream that the record was made from; play the trial again")

@@ -6,16 +6,18 @@ See docs/formats/trials.md.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from pickcli.monte_carlo.trial_statistics import Record
 from pickcli.monte_carlo.trials_kind import TrialsKind
 from pickcli.stream_trials.stream_folder import STREAM
-from pickcli.stream_trials.stream_record import COUNTS, RECORDS, refuse_other_stream
+from pickcli.stream_trials.stream_record import COUNTS, RECORDS
 from pickcli.stream_trials.stream_statistics import StreamStatistics
+from pickcli.trial.record_kind import refuse_other_file
 
 FORMAT, VERSION = "apc-stream-trials", 1
-TRIALS = TrialsKind("streams", RECORDS, STREAM, refuse_other_stream)
+TRIALS = TrialsKind("streams", RECORDS, STREAM, partial(refuse_other_file, "stream"))
 _FIGURES = (*COUNTS, "speed_m_s", "duration_s", "delivered_per_minute", "rule")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -114,6 +115,21 @@ class RecordKind:
         if self.check is not None:
             self.check(record, where)
         return record
+
+
+def refuse_other_file(played: str, path: Path, record: Mapping[str, Any]) -> None:
+    """Refuse a file that is not the one which was played.
+
+    Args:
+        played: What it is, as ``stream``.
+        path: The file.
+        record: Record of the trial, which states its SHA-256.
+
+    Raises:
+        StaleError: It is another one.
+    """
+    if hashlib.sha256(path.read_bytes()).hexdigest() != record["made_from"].get(f"{played}_sha256"):
+        raise StaleError(f"{path}: is not the {played} that the record was made from; play the trial again")
 
 
 def _text(path: Path) -> str:
