@@ -88,7 +88,7 @@ def _document(
     from pickcli.cell.cell_file import CELL_FILE
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import CELL, PLAN, SCENE, STACKED, STORE, TRIAL
-    from pickcli.monte_carlo.trials_folder import refuse_interrupted
+    from pickcli.monte_carlo.interrupted_run import refuse_interrupted
 
     refuse_missing(path, (".h5", ".json"))
     refuse_interrupted(path)

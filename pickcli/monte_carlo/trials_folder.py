@@ -19,13 +19,14 @@ from pickcli.files.json_reader import parse_json
 from pickcli.jobs.job import Job, Key
 from pickcli.jobs.job_run import Build
 from pickcli.jobs.journal import journals
+from pickcli.monte_carlo.interrupted_run import SUMMARY, is_interrupted, refuse_interrupted
 from pickcli.monte_carlo.packed_folder import files_of
 from pickcli.monte_carlo.trial_statistics import Record, TrialStatistics, score_share
 from pickcli.trial.trial_folder import refuse_existing_folder
 from pickcli.trial.trial_record import read_record
 
 FORMAT, VERSION = "apc-trials", 1
-SUMMARY, PAGE, RECORD = "trials.json", "trials.html", "trial.json"
+PAGE, RECORD = "trials.html", "trial.json"
 MAX_SUMMARY = 64 * 2**20  # bytes of a trials.json
 _COUNTED = ("score", "max_score", "items_in_tote", "collisions", "limit_violations", "drops", "disturbed",
             "misjudged", "aborted", "clock_s", "simulated_s")  # fmt: skip
@@ -83,34 +84,6 @@ def refuse_trials_folder(folder: Path, overwrite: bool, trials: Iterable[str] = 
         ours = {SUMMARY, PAGE, *trials, *(path.name for path in journals(folder / SUMMARY))}
         is_ours = all(path.name in ours for path in folder.iterdir())
     refuse_existing_folder(folder, overwrite or is_ours)
-
-
-def is_interrupted(folder: Path) -> bool:
-    """Whether a folder is that of a run that was interrupted, perhaps as it wrote the folders of its trials.
-
-    Args:
-        folder: The folder, which need not exist.
-
-    Returns:
-        Whether the journal of a run is in it.
-    """
-    return folder.is_dir() and bool(journals(folder / SUMMARY))
-
-
-def refuse_interrupted(folder: Path) -> None:
-    """Refuse the folder of a run that was interrupted before all of its trials were played.
-
-    Args:
-        folder: The folder, which need not exist.
-
-    Raises:
-        InputError: It is such a folder.
-    """
-    if is_interrupted(folder) and not (folder / SUMMARY).is_file():
-        raise InputError(
-            f"{folder}: its run was interrupted, and has no {SUMMARY} yet; give the same apc run-trials "
-            "again to continue it"
-        )
 
 
 def play_trials(

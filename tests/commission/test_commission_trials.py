@@ -16,12 +16,11 @@ from pickcli.commission.commission_statistics import CommissionStatistics, why_n
 from pickcli.commission.commission_trials import TRIALS, commission_summary
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, RunOptions
+from pickcli.monte_carlo.interrupted_run import SUMMARY, is_interrupted
 from pickcli.monte_carlo.trial_comparison import TrialComparison
 from pickcli.monte_carlo.trials_folder import (
     PAGE,
-    SUMMARY,
     TrialsReport,
-    is_interrupted,
     play_trials,
     write_trials,
 )

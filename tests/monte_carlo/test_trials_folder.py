@@ -18,11 +18,10 @@ from pickcli.jobs.job_result import JobResult
 from pickcli.jobs.job_run import Build, BuildProgress, RunOptions
 from pickcli.jobs.journal import Journal
 from pickcli.monte_carlo import trials_folder
+from pickcli.monte_carlo.interrupted_run import SUMMARY, is_interrupted
 from pickcli.monte_carlo.trial_job import TrialJob
 from pickcli.monte_carlo.trials_folder import (
-    SUMMARY,
     TrialsReport,
-    is_interrupted,
     order_summary,
     play_trials,
     read_trials,

@@ -15,12 +15,11 @@ from pickcli.commands.operations.played_stream import bound_lines, paper_lines
 from pickcli.commands.output.trials_output import cause_lines, rate_line
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, RunOptions
+from pickcli.monte_carlo.interrupted_run import SUMMARY, is_interrupted
 from pickcli.monte_carlo.trial_comparison import TrialComparison
 from pickcli.monte_carlo.trials_folder import (
     PAGE,
-    SUMMARY,
     TrialsReport,
-    is_interrupted,
     play_trials,
     write_trials,
 )

@@ -52,7 +52,8 @@ class TrialsFolder:
         Raises:
             InputError: It is such a folder.
         """
-        from pickcli.monte_carlo.trials_folder import PAGE, SUMMARY, refuse_trials_folder
+        from pickcli.monte_carlo.interrupted_run import SUMMARY
+        from pickcli.monte_carlo.trials_folder import PAGE, refuse_trials_folder
 
         trials = [f"{name}-{seed}" for name in names for seed in seeds]
         refuse_trials_folder(self.path, self.overwrite, trials)
@@ -66,7 +67,8 @@ class TrialsFolder:
             report: The results.
             lines: The most important of them.
         """
-        from pickcli.monte_carlo.trials_folder import PAGE, SUMMARY
+        from pickcli.monte_carlo.interrupted_run import SUMMARY
+        from pickcli.monte_carlo.trials_folder import PAGE
 
         if self.as_json:
             emit_json({"path": str(self.path), **report.summary})
@@ -151,7 +153,7 @@ def cause_lines(what: str, causes: Sequence[Mapping[str, Any]], number: str, cau
     Returns:
         One line each.
     """
-    from pickcli.monte_carlo.trials_folder import SUMMARY
+    from pickcli.monte_carlo.interrupted_run import SUMMARY
 
     whole = f" ... (whole in {SUMMARY})"
     return [
@@ -183,7 +185,8 @@ def played_trials(
         InputError: No trial could be played, or a file cannot be written.
     """
     from pickcli.jobs.job_run import Build
-    from pickcli.monte_carlo.trials_folder import SUMMARY, is_interrupted, play_trials, write_trials
+    from pickcli.monte_carlo.interrupted_run import SUMMARY, is_interrupted
+    from pickcli.monte_carlo.trials_folder import play_trials, write_trials
     from pickcli.page.html_page import page_bytes
 
     output = folder.path
