@@ -12,7 +12,7 @@ from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, pose, to_quaternion
 from pickcli.page.motion_parts import segment_lane
 from pickcli.page.page_document import PageDocument, PageTable
-from pickcli.page.page_motion import Chapter
+from pickcli.page.page_motion import Chapter, Lane
 from pickcli.page.page_scene import Fact, Tone
 from pickcli.page.recorded_parts import joint_signals, replayed, vacuum_signals
 from pickcli.page.scene_page import standing_page
@@ -66,17 +66,23 @@ def stream_trial_page(
     made, duration = record["made_from"], float(motion.times[-1])
     subtitle = f"{made['stream']}, seed {made['seed']}, cell {made['cell']}, {duration:.0f} s simulated"
     title = f"{record['delivered']} of {record['presented']} items at {record['speed_m_s']:g} m/s"
-    segments = [segment for execution in motion.executions for segment in execution.segments]
+    lanes = tuple(_lane(motion, cell.arm, len(cells) == 1) for cell in cells)
     signals = [signal for cell in cells for signal in joint_signals(motion, cell, len(cells) == 1)]
     return replace(
         standing_page(scene, "stream trial", title, subtitle),
         facts=tuple(_facts(record)),
         motion=replayed(_with_waiting(motion, scene)),
-        lanes=(segment_lane(segments),),
+        lanes=lanes,
         signals=(*vacuum_signals(motion), *signals),
         chapters=tuple(_chapters(record, motion)),
         tables=(_table(record), *paper_tables({"": record})),
     )
+
+
+def _lane(motion: RecordedMotion, arm: str, is_only: bool) -> Lane:
+    """Return the segments of the motions of an arm."""
+    segments = [s for execution in motion.executions if execution.arm == arm for s in execution.segments]
+    return segment_lane(segments, *(() if is_only else (f"segments, {arm}",)))
 
 
 def _with_waiting(motion: RecordedMotion, scene: Scene) -> RecordedMotion:

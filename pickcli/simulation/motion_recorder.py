@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
@@ -144,6 +145,8 @@ class MotionRecorder:
         self._still: dict[str, tuple[float, Array]] = {}  # s and pose of the last sample at rest
         self._n_looks = 0
         self.t_world = 0.0
+        self._meanwhile: deque[tuple[float, Array, float]] = deque()  # later samples of other arms
+        self._mine = np.zeros(0, dtype=np.intp)  # columns of the arm that is recorded
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -159,17 +162,25 @@ class MotionRecorder:
         return copy
 
     def enter(self, world: World, t: float) -> None:
-        """Go on with another world, in place of what the one before showed of later times.
+        """Go on with another world, in place of what the ones before showed of later times.
 
-        Items that are not in it stay where they came to rest in the one before.
+        Items that are not in it, and arms that do not move in it, are where those before have them.
 
         Args:
             world: The world, which begins.
-            t: s at which it does, not before the end of the last execution.
+            t: s at which it does, not before the beginning of the last one.
         """
+        self.finish()
         self.t_world = t
+        columns = {name: k for k, name in enumerate(self._positions)}
+        mine = [columns[name] for name in world.robot.moving_joints if name in columns]
+        self._mine = np.array(mine, dtype=np.intp)
         n = bisect_left(self.times, t)
+        if len(mine) < len(columns):  # there are other arms
+            self._meanwhile.extend(zip(self.times[n:], self.joints[n:], self.vacuum[n:], strict=True))
         del self.times[n:], self.joints[n:], self.vacuum[n:]
+        if self.joints:
+            self._positions = dict(zip(self._positions, self.joints[-1].tolist(), strict=True))
         for placed in world.scene.items:
             rows = self.items.get(placed.id, [])
             del rows[bisect_left(rows, t, key=lambda row: float(row[0])) :]
@@ -188,14 +199,39 @@ class MotionRecorder:
         if self.times and t < self.times[-1] + LOOK_TIME - 1e-9:
             return
         self.times.append(t)
+        vacuum = self._others_until(t)
         self._positions |= dict(zip(world.robot.moving_joints, world.joints.tolist(), strict=True))
         self.joints.append(np.array(list(self._positions.values())))
-        self.vacuum.append(world.tool.pressure)
+        self.vacuum.append(max(world.tool.pressure, vacuum))
         is_due, held = self._n_looks % ITEM_LOOKS == 0, world.held
         for placed in world.scene.items:
             if is_due or placed.id == held:
                 self._note(placed.id, t, world.engine.pose(placed.id))
         self._n_looks += 1
+
+    def finish(self) -> None:
+        """Let the arms of earlier worlds move on after the end of the last one."""
+        here = np.array(list(self._positions.values()))[self._mine] if len(self._mine) else np.zeros(0)
+        while self._meanwhile:
+            t, row, vacuum = self._meanwhile.popleft()
+            if self.times and t <= self.times[-1]:
+                continue
+            row = row.copy()
+            row[self._mine] = here
+            self.times.append(t)
+            self.joints.append(row)
+            self.vacuum.append(vacuum)
+
+    def _others_until(self, t: float) -> float:
+        """Move the other arms on to a time (s); return the vacuum in their cups, Pa below ambient."""
+        vacuum = 0.0
+        while self._meanwhile and self._meanwhile[0][0] <= t:
+            _, row, vacuum = self._meanwhile.popleft()
+            before = np.array(list(self._positions.values()))[self._mine]
+            row = row.copy()
+            row[self._mine] = before
+            self._positions = dict(zip(self._positions, row.tolist(), strict=True))
+        return vacuum
 
     def begin(self, plan: Plan | None, world: RecordedWorld) -> RecordedRun:
         """Record the beginning of an execution.

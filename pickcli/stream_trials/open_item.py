@@ -19,6 +19,7 @@ class OpenItem:
         attempts: Number of picks of it that were executed.
         reason: Why it is not taken, as far as that is known; "" if nothing is against it.
         t_next: s of the stream before which it is not asked for again.
+        t_released: s of the stream until which an arm is at it.
         t_end: s at which the last attempt at it was over; None before the first.
         met: How the tool met it; None if it did not.
         arm: The arm that tried it last.
@@ -34,6 +35,7 @@ class OpenItem:
     attempts: int = 0
     reason: str = ""
     t_next: float = 0.0
+    t_released: float = 0.0
     t_end: float | None = None
     met: MeetingRecord | None = None
     arm: str = ""

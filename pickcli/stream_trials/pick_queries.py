@@ -8,23 +8,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.errors import NoPlanError
-from pickcli.motion.plan import Plan, times_at_work
+from pickcli.errors import Failures, NoPlanError
+from pickcli.motion.plan import Certify, Plan, times_at_work
 from pickcli.planning.belt_picks.belt_query import InterceptQuery
 from pickcli.planning.belt_picks.intercept import plan_intercept, why_never
-from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.start_state import Start
 from pickcli.scene.item_stream import ItemStream, RidingItem
-from pickcli.seeds import derived_seed
+from pickcli.scene.scene import Scene
 from pickcli.stream_trials.open_item import OpenItem
 from pickcli.stream_trials.pick_schedule import PlannedPick, next_pick
-from pickcli.stream_trials.stream_arms import StreamArms, destination_of
+from pickcli.stream_trials.stream_arms import StreamArms, TrialArm, destination_of
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 from pickcli.verification.verify import certifier
 
 QUERY_CHARGE = 0.3  # s of the belt's time for a query, which takes 0.25 s with verification
 LEAST_SHARE = 0.9  # of the least time that a pick took: a shorter one is not expected
-PARKED = 0.15  # s that parking may take longer than planned, after which the other arm begins
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +57,11 @@ class StreamPlan:
 
     Attributes:
         plan: The certified plan.
-        seen: The stream as it was perceived, in which the plan was certified from its time on; None for the
-            way of an arm to where it is parked.
+        seen: The stream as it was perceived, in which the plan was certified from its time on.
     """
 
     plan: Plan
-    seen: ItemStream | None
+    seen: ItemStream
 
     @property
     def moves_from(self) -> float:
@@ -87,17 +83,13 @@ class PickOption:
 
     Attributes:
         item: What is taken.
-        context: That of the arm that takes it.
-        parking: Motion of the arm that acts before; None if it is parked, or takes the item.
-        t_begins: s of the stream at which the first of these motions starts.
+        arm: The arm that takes it.
         t: s of the stream at which the plan starts.
         planned: The plan.
     """
 
     item: OpenItem
-    context: PlanningContext
-    parking: Plan | None
-    t_begins: float
+    arm: TrialArm
     t: float
     planned: StreamPlan
 
@@ -118,8 +110,7 @@ class PickQueries:
         self.planning_ms: list[float] = []
         self.refusing_ms: list[float] = []
         self._request, self._arms, self._rule = request, arms, request.rule
-        self._took: PlanningContext | None = None  # that of the arm which took the last item
-        self._parking: tuple[int, Plan | NoPlanError | None] | None = None  # the last, with its look
+        self._took: TrialArm | None = None  # the arm that took the last item
         self._least_taking = np.inf  # s from when the arm moves until an item is off the belt
 
     def are_made_in_turn(self, stream: ItemStream) -> bool:
@@ -133,14 +124,14 @@ class PickQueries:
         """
         return self._rule.most_planned == 1 or stream.speed == 0.0
 
-    def note_taking(self, context: PlanningContext, planned: StreamPlan) -> None:
+    def note_taking(self, arm: TrialArm, planned: StreamPlan) -> None:
         """Note which arm carries out a plan, and how long that takes.
 
         Args:
-            context: That of the arm.
+            arm: The arm.
             planned: The plan.
         """
-        self._took, plan = context, planned.plan
+        self._took, plan = arm, planned.plan
         if plan.tracking is not None:
             takes = times_at_work(plan.segments)[1] - planned.moves_from
             self._least_taking = min(self._least_taking, takes)
@@ -163,11 +154,10 @@ class PickQueries:
         if left < LEAST_SHARE * self._least_taking < np.inf:
             takes = f"no pick took less than {self._least_taking:.1f} s"
             return f"too late: it leaves the window in {left:.1f} s, {takes}"
-        arms, reasons = self._arms, list[str]()
-        acting = (arms.context, arms.start)
-        for context, start in (acting, *((other, arms.home(other)) for other in arms.others)):
-            query = self._query(riding.id, look.t, context)
-            never = why_never(context, replace(look.stream, cell=context.cell), query, start)
+        reasons = list[str]()
+        for arm in self._arms.all:
+            query, seen = self._query(riding.id, look.t, arm), replace(look.stream, cell=arm.context.cell)
+            never = why_never(arm.context, seen, query, arm.start)
             if never is None:
                 return ""
             reasons.append(str(never))
@@ -184,19 +174,14 @@ class PickQueries:
         Returns:
             The pick, None if no arm can take the item, and the s that refused queries took.
         """
-        arms, lasted = self._arms, 0.0
-        for context in self._rule.in_turn(arms.all, arms.context, self._took):
-            is_acting = context is arms.context
-            parking = None if is_acting else self._parked(look)
-            if isinstance(parking, NoPlanError):
-                item.refuse(context.cell.arm, str(parking))
-                break
-            parked = 0.0 if parking is None else parking.trajectory.duration + PARKED
-            start = arms.start if is_acting else arms.home(context)
-            planned = self._planned(look.stream, item, context, start, t + lasted + parked)
+        free, lasted = self._arms.free(look.t), 0.0
+        for arm in self._rule.in_turn(self._arms.all, self._took):
+            if arm not in free:
+                continue
+            planned = self._planned(look.stream, item, arm, t + lasted)
             if planned is not None:
                 item.note_plan()
-                return PickOption(item, context, parking, t + lasted, t + lasted + parked, planned), lasted
+                return PickOption(item, arm, t + lasted, planned), lasted
             lasted += QUERY_CHARGE
         item.note_refusal(look.t)
         return None, lasted
@@ -222,32 +207,32 @@ class PickQueries:
             deadlines = {each.riding.id: look.seconds_left(each.riding.id) - takes for each in items}
         return options[next_pick(picks, deadlines)]
 
-    def _parked(self, look: BeltLook) -> Plan | NoPlanError | None:
-        """Plan to park the arm that acts, once for each look; None if it is parked."""
-        if self._parking is None or self._parking[0] != look.number:
-            seed = derived_seed("parking", self._request.seed, look.number)
-            try:
-                self._parking = look.number, self._arms.parking(look.stream, look.t, seed)
-            except NoPlanError as error:
-                self._parking = look.number, error
-        return self._parking[1]
+    def _apart(self, arm: TrialArm, scene: Scene, t: float) -> Certify:
+        """Return what certifies a plan of an arm from a time (s) on: it is apart from the others, too."""
+        certify = certifier(scene)
 
-    def _query(self, item_id: str, t: float, context: PlanningContext) -> InterceptQuery:
+        def certified(plan: Plan) -> Plan | Failures:
+            why = self._arms.why_not_apart(arm, plan, scene, t)
+            return certify(plan) if why is None else Failures.of(why)
+
+        return certified
+
+    def _query(self, item_id: str, t: float, arm: TrialArm) -> InterceptQuery:
         """Return the query for an item by an arm from a time (s) on."""
-        place = self._rule.meeting_place(context, self._request.stream.carrier)
-        return InterceptQuery(item_id, t, destination_of(context.cell), place)
+        place = self._rule.meeting_place(arm.context, self._request.stream.carrier)
+        return InterceptQuery(item_id, t, destination_of(arm.context.cell), place)
 
-    def _planned(
-        self, believed: ItemStream, item: OpenItem, context: PlanningContext, start: Start, t: float
-    ) -> StreamPlan | None:
+    def _planned(self, believed: ItemStream, item: OpenItem, arm: TrialArm, t: float) -> StreamPlan | None:
         """Plan to take an item with an arm from a time (s) on; let it note why not."""
+        context = arm.context
         seen = replace(believed, cell=context.cell)
-        query = self._query(item.riding.id, t, context)
+        query = self._query(item.riding.id, t, arm)
         scene, seed = seen.scene_at(t), self._request.seed
         began = time.perf_counter()
         filtered = self._rule.filtered(context, seen, query, seed)
         try:
-            plan = plan_intercept(filtered.context, seen, query, start, seed, certifier(scene))
+            certify = self._apart(arm, scene, t)
+            plan = plan_intercept(filtered.context, seen, query, arm.start, seed, certify)
         except NoPlanError as error:
             self.refusing_ms.append(1e3 * (time.perf_counter() - began))
             item.refuse(context.cell.arm, str(filtered.explained(error)))

@@ -1,48 +1,100 @@
-"""The arms of a trial of a stream: which one acts, where it stands, and where it brings items to.
+"""The arms of a trial of a stream: where each stands, until when it moves, and where it brings items to.
 
-As in trials of orders, one arm moves at a time while the others stand in their parking configurations. The
-arm that acted takes the next item, too, if it has a plan for it; else it is parked, and another one does.
+Plans are made for one arm in the cell as it sees it, with the others parked. Truly the others rest where they
+brought their last item, or are on their way; so what one arm does is proven apart from what the others do
+(``arm_motion``). Whether they move at the same time is a matter of the trial.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.errors import Failures, InputError, NoPlanError
-from pickcli.kinematics.continuous_joints import unwound_towards
+from pickcli.errors import InputError, Reason
+from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
-from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
-from pickcli.scene.belt_sweep import swept_along_belt
-from pickcli.scene.item_stream import ItemStream
-from pickcli.scene.scene import TOTE, empty_scene
+from pickcli.scene.scene import TOTE, Scene, empty_scene
 from pickcli.simulation.motion_recorder import joint_positions
-from pickcli.verification.verify import certifier
+from pickcli.stream_trials.arm_motion import ArmMotion
 
-SAME_PLACE = 1e-3  # rad or m of each joint by which an arm stands off its parking configuration at most
+LATE = 0.06  # s by which one arm may be late against another: the belt tells the time of both
+STRAYING = 0.003  # m by which each arm may be beside its plan, beyond the cell's clearance
+
+
+@dataclass(eq=False)
+class TrialArm:
+    """One arm of a trial.
+
+    Attributes:
+        context: The cell as it sees it, its models and its precomputed files.
+        start: Where it is at rest, at the end of its last motion.
+        free_at: s of the stream from which on it is at rest.
+        motion: What it is to do until then, which others keep out of.
+        measured: What it did, until then.
+    """
+
+    context: PlanningContext
+    start: Start
+    free_at: float
+    motion: ArmMotion
+    measured: ArmMotion
+
+    @classmethod
+    def at_home(cls, context: PlanningContext, home: Start) -> TrialArm:
+        """Return an arm that has not moved yet.
+
+        Args:
+            context: Its context.
+            home: Where it stands.
+
+        Returns:
+            The arm.
+        """
+        rests = ArmMotion.resting(context.model, home.q)
+        return cls(context, home, 0.0, rests, rests)
+
+    def rest(self, start: Start, free_at: float) -> None:
+        """Let it rest somewhere, as if it had always been there.
+
+        Args:
+            start: Where.
+            free_at: s of the stream from which on it may move.
+        """
+        self.start, self.free_at = start, free_at
+        self.motion = self.measured = ArmMotion.resting(self.context.model, start.q)
+
+    def note_measured(self, poses: Sequence[tuple[float, Array]], is_as_planned: bool) -> None:
+        """Note what it did.
+
+        Args:
+            poses: s of the stream, increasing, each with the measured configuration (n,).
+            is_as_planned: Whether it was in the time of its plan; else others keep out of what it did.
+        """
+        times, q = np.array([t for t, _ in poses]), np.array([at for _, at in poses])
+        self.measured = ArmMotion.measured(self.context.model, times, q, self.motion.taken)
+        self.motion = self.motion if is_as_planned else self.measured
 
 
 class StreamArms:
-    """The arms of one trial, and which of them acts.
+    """The arms of one trial.
 
     Args:
-        contexts: Of each arm: the cell as it sees it, its models and its precomputed files.
+        contexts: Of each arm, the preferred one first.
+        move_together: Whether several of them may move at the same time.
 
     Attributes:
-        context: That of the arm that acts.
-        start: Where that arm is at rest.
+        all: The arms, the preferred one first.
     """
 
-    def __init__(self, contexts: Sequence[PlanningContext]) -> None:
-        self._contexts = tuple(contexts)
+    def __init__(self, contexts: Sequence[PlanningContext], move_together: bool) -> None:
+        self._contexts, self._move_together = tuple(contexts), move_together
         self._into = {context.cell.arm: destination_of(context.cell) for context in contexts}
-        self.context = self._contexts[0]
-        self.start = self.home(self.context)
+        self.all = tuple(TrialArm.at_home(context, self.home(context)) for context in contexts)
 
     @property
     def destinations(self) -> frozenset[str]:
@@ -50,17 +102,46 @@ class StreamArms:
         return frozenset(self._into.values())
 
     @property
-    def all(self) -> tuple[PlanningContext, ...]:
-        """Contexts of all arms, the preferred one first."""
-        return self._contexts
+    def positions(self) -> dict[str, float]:
+        """Where the joints of all arms and tools stand at the start, in rad or m by joint."""
+        found: dict[str, float] = {}
+        for context in self._contexts:
+            start = self.home(context)
+            found |= joint_positions(context.cell.robot, start.q, start.tool_state)
+        return found
+
+    def free(self, t: float) -> tuple[TrialArm, ...]:
+        """Return the arms that may begin to move.
+
+        Args:
+            t: s of the stream.
+
+        Returns:
+            Those at rest; none while another one moves, if they do not move together.
+        """
+        resting = tuple(arm for arm in self.all if arm.free_at <= t)
+        return resting if self._move_together or len(resting) == len(self.all) else ()
+
+    def moving_between(self, t_start: float, t_end: float) -> float:
+        """Return for how long arms that began before still move, of an arm that begins.
+
+        Args:
+            t_start: s of the stream at which it begins.
+            t_end: s of the stream at which it rests.
+
+        Returns:
+            s in which more than one moves.
+        """
+        return max(0.0, min(t_end, max(arm.free_at for arm in self.all)) - t_start)
 
     @property
-    def others(self) -> tuple[PlanningContext, ...]:
-        """Contexts of the arms that stand parked."""
-        return tuple(each for each in self._contexts if each is not self.context)
+    def next_free(self) -> float:
+        """Time (s) of the stream at which arms may begin to move."""
+        ends = [arm.free_at for arm in self.all]
+        return min(ends) if self._move_together else max(ends)
 
     def home(self, context: PlanningContext) -> Start:
-        """Return where an arm stands at the start, and while it is parked.
+        """Return where an arm stands at the start.
 
         Args:
             context: That of the arm.
@@ -74,49 +155,53 @@ class StreamArms:
         )
         return Start(stands.q, stands.tool_state)
 
-    @property
-    def positions(self) -> dict[str, float]:
-        """Where the joints of all arms and tools stand at the start, in rad or m by joint."""
-        found: dict[str, float] = {}
-        for context in self._contexts:
-            start = self.home(context)
-            found |= joint_positions(context.cell.robot, start.q, start.tool_state)
-        return found
-
-    def let_act(self, context: PlanningContext) -> None:
-        """Let another arm act, from where it was parked.
+    def bring_home(self, arm: TrialArm, t: float) -> None:
+        """Let an arm be brought home by hand, while all others rest.
 
         Args:
-            context: That of the arm.
+            arm: The arm.
+            t: s of the stream at which that is done.
         """
-        self.context, self.start = context, self.home(context)
+        arm.rest(self.home(arm.context), t)
+        for each in self.all:
+            each.free_at = max(each.free_at, t)
 
-    def parking(self, stream: ItemStream, t: float, seed: int) -> Plan | None:
-        """Plan the motion of the arm that acts to where it is parked, clear of all that the belt may bring.
+    def why_not_apart(self, arm: TrialArm, plan: Plan, scene: Scene, t: float) -> Reason | None:
+        """Explain why a motion of one arm is not proven apart from what the others do.
 
         Args:
-            stream: The items on the conveyor.
-            t: s of the stream at which the motion starts.
-            seed: Seed of all random choices.
+            arm: The arm.
+            plan: The plan of the motion.
+            scene: The scene at its start.
+            t: s of the stream at which it starts.
 
         Returns:
-            The certified plan; None if the arm stands there.
-
-        Raises:
-            NoPlanError: There is no such motion.
+            The reason; None if it is proven.
         """
-        context, home = self.context, self.home(self.context)
-        off = unwound_towards(context.arm.limits, self.start.q, home.q) - home.q
-        if float(np.abs(off).max()) <= SAME_PLACE and self.start.tool_state == home.tool_state:
+        if len(self.all) == 1:
             return None
-        scene = replace(stream.scene_at(t), cell=context.cell)
-        scene = swept_along_belt(scene, stream.conveyor) if stream.speed > 0.0 else scene
-        label = f"park arm {context.cell.arm}"
-        plan = plan_move(context, scene, self.start, MoveGoal(home.q, home.tool_state), seed, label)
-        certified = certifier(scene)(plan)
-        if isinstance(certified, Failures):
-            raise NoPlanError(label, certified)
-        return certified
+        motion, keep = ArmMotion.planned(arm.context.model, plan, scene, t), arm.context.cell.clearance
+        each = (
+            motion.why_not_apart(other.motion, t, keep + 2.0 * STRAYING, LATE)
+            for other in self.all
+            if other is not arm
+        )
+        return next((why for why in each if why is not None), None)
+
+    def why_met(self, arm: TrialArm, t: float) -> Reason | None:
+        """Explain why an arm may have met another one in its last motion, as both were measured.
+
+        Args:
+            arm: The arm.
+            t: s of the stream at which that motion started.
+
+        Returns:
+            The reason; None if they were apart.
+        """
+        each = (
+            arm.measured.why_not_apart(other.measured, t, 0.0, 0.0) for other in self.all if other is not arm
+        )
+        return next((why for why in each if why is not None), None)
 
 
 def destination_of(cell: Cell) -> str:

@@ -63,8 +63,7 @@ def _plan_writers(plans: Sequence[StreamPlan]) -> Iterator[tuple[str, Callable[[
     """Yield the files of executed plans, without wall times, and of the streams as perceived then."""
     for k, each in enumerate(plans, start=1):
         yield f"plan_{k:03}.json", partial(write_plan, replaced(each.plan, statistics={}))
-        if each.seen is not None:
-            yield f"seen_{k:03}.json", partial(write_stream, each.seen)
+        yield f"seen_{k:03}.json", partial(write_stream, each.seen)
 
 
 def read_stream_motion(folder: Path, record: Mapping[str, Any]) -> RecordedMotion:

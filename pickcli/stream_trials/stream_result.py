@@ -80,6 +80,7 @@ class StreamTrialResult:
         t_end: s of the stream at which the last motion ended.
         planning_ms: Wall-clock ms of each query with a plan: filters of grasps, planning and verification.
         refusing_ms: The same of each query without one.
+        together: s in which more than one arm moved.
     """
 
     speed: float
@@ -90,6 +91,7 @@ class StreamTrialResult:
     t_end: float
     planning_ms: tuple[float, ...]
     refusing_ms: tuple[float, ...]
+    together: float = 0.0
 
     @property
     def is_clean(self) -> bool:
@@ -128,7 +130,7 @@ class StreamTrialResult:
             Numbers, figures and every item; wall-clock times stand under ``statistics``.
         """
         met = [each.met for each in self.items if each.met is not None]
-        delivered = self.count(ItemOutcome.DELIVERED)
+        delivered, by_arm = self.count(ItemOutcome.DELIVERED), self._attempted_by_arm()
         return {
             "presented": len(self.items),
             "attempted": self.n_attempted,
@@ -142,7 +144,7 @@ class StreamTrialResult:
             "slip_m_s": percentiles([each.slip for each in met]),
             "offset_m": percentiles([each.offset for each in met]),
             "late_s": percentiles([each.late for each in met]),
-            **({"attempted_by": by_arm} if (by_arm := self._attempted_by_arm()) else {}),
+            **({"attempted_by": by_arm, "together_s": self.together} if by_arm else {}),
             "items": [{**asdict(each), "outcome": str(each.outcome)} for each in self.items],
             "statistics": {
                 "planning_ms": percentiles(self.planning_ms),

@@ -5,7 +5,10 @@ picks of the next ones are planned, side by side; which of them is carried out i
 (``pick_schedule``). The clock is simulated time, so that trials can be repeated exactly; the queries of a
 decision are charged with a fixed time, before the motion, in which the one before may still be under way.
 Every motion is executed in a world of its own, which begins with what is on the belt then; delivered items
-are taken out of where they were brought to. Of several arms one moves at a time.
+are taken out of where they were brought to.
+
+Several arms may be on their way at the same time: each moves in a world of its own, with the items that no
+other arm is at, and what they do is proven apart before and judged after it.
 """
 
 from __future__ import annotations
@@ -15,23 +18,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.geometry import inverse
-from pickcli.motion.plan import Plan
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import times_at_work
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.progress import Progress, ProgressObserver, nobody
-from pickcli.scene.item_stream import ItemStream
+from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.seeds import derived_seed
 from pickcli.simulation.execute import OnStep, execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.world import World
+from pickcli.stream_trials.arm_motion import ArmMotion
 from pickcli.stream_trials.belt_perception import BeltPerception
 from pickcli.stream_trials.bounded_perception import perceive_stream
 from pickcli.stream_trials.meeting_watch import MeetingWatch
 from pickcli.stream_trials.open_item import OpenItem
 from pickcli.stream_trials.pick_queries import QUERY_CHARGE, BeltLook, PickOption, PickQueries, StreamPlan
-from pickcli.stream_trials.stream_arms import StreamArms
+from pickcli.stream_trials.stream_arms import LATE, StreamArms, TrialArm
 from pickcli.stream_trials.stream_result import ItemOutcome, StreamItemResult, StreamTrialResult
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 
@@ -82,23 +86,28 @@ class _StreamTrial:
     """The state of a trial: time, arms, and items that are still open or decided."""
 
     def __init__(self, request: StreamTrialRequest, contexts: Sequence[PlanningContext]) -> None:
-        self.request, self.arms = request, StreamArms(contexts)
-        self.stream, camera = request.stream, request.camera
+        self.request, self.stream, camera = request, request.stream, request.camera
+        # What moves over the belt hides it from a camera.
+        self.arms = StreamArms(contexts, request.rule.moves_together and camera is None)
         self.tracks = None if camera is None else BeltPerception(self.stream, camera, request.seed)
         self.recorder, self.plans = MotionRecorder(self.arms.positions), list[StreamPlan]()
         self.t, self.look = 0.0, 0
+        self.at_work = list[tuple[RidingItem, float]]()  # items that arms are at, on the belt until (s)
         self.open = {riding.id: OpenItem(riding) for riding in self.stream.items}
         self.decided: dict[str, StreamItemResult] = {}
         self.n_collisions = self.n_limit_violations = self.n_stops = 0
-        self.t_end = 0.0
+        self.t_end = self.together = 0.0
         self.queries = PickQueries(request, self.arms)
 
     def decide(self) -> None:
         """Take one of the next items, or let time pass."""
+        if not self.arms.free(self.t):
+            self.t = self.arms.next_free
         self._close_those_past()
         look = self._looked()
         for riding in look.stream.items:
-            self.open[riding.id].was_known = True
+            if riding.id in self.open:
+                self.open[riding.id].was_known = True
         takeable = self._takeable(look)
         options, refused, asking = self._asked(look, takeable)
         if options:
@@ -132,8 +141,8 @@ class _StreamTrial:
         found, seen = list[OpenItem](), look.stream
         on_belt = [riding for riding in seen.items if seen.is_on_belt(riding, self.t)]
         for riding in sorted(on_belt, key=lambda each: -seen.travel_at(each, self.t)):
-            item = self.open[riding.id]
-            if self.t < item.t_next:
+            item = self.open.get(riding.id)
+            if item is None or self.t < item.t_next:
                 continue
             if too_late := self.queries.why_too_late(look, riding):
                 item.reason = item.reason or too_late
@@ -146,39 +155,15 @@ class _StreamTrial:
 
         The arm rests meanwhile, so that the plan which is carried out begins where the others did.
         """
-        is_waiting = self.tracks is not None and option.parking is None
-        if is_waiting and option.planned.rests_until > COMMITTED:
+        if self.tracks is not None and option.planned.rests_until > COMMITTED:
             self.t += QUERY_CHARGE
         else:
-            self._take(option)
-
-    def _take(self, option: PickOption) -> None:
-        """Take an item, once the arm that acted is parked if another one does."""
-        self.t = option.t_begins
-        if option.parking is not None and not self._park(option.item, option.parking, option.t):
-            return
-        if option.context is not self.arms.context:
-            self.arms.let_act(option.context)
-        self._execute(option.item, option.planned)
-
-    def _park(self, item: OpenItem, parking: Plan, until: float) -> bool:
-        """Park the arm that acts, and wait until a time (s); False if its motion was stopped."""
-        true, t_start = self._riding(), self.t
-        world = self._world(true)
-        run = self._carried_out(StreamPlan(parking, None), world)
-        self._pass(true, t_start, t_start + run.t_end)
-        self._update_truth(world, t_start + world.t, true, item)
-        self._count(item, run)
-        world.close()
-        self.arms.start = Start(world.q.copy(), world.tool_state)
-        if run.stop is not None:
-            self._by_hand()
-            return False
-        self.t = max(self.t, until)
-        return True
+            self.t = option.t
+            self._execute(option)
 
     def played(self) -> PlayedStream:
         """Return the trial, whose items are all decided."""
+        self.recorder.finish()
         result = StreamTrialResult(
             self.stream.speed,
             tuple(self.decided[riding.id] for riding in self.request.stream.items),
@@ -188,6 +173,7 @@ class _StreamTrial:
             self.t_end,
             tuple(self.queries.planning_ms),
             tuple(self.queries.refusing_ms),
+            self.together,
         )
         return PlayedStream(result, self.recorder, tuple(self.plans))
 
@@ -207,14 +193,21 @@ class _StreamTrial:
         self.decided[item_id] = self.open.pop(item_id).result(outcome)
 
     def _riding(self) -> ItemStream:
-        """Return the true stream of the items that are still open; of one by one, the first of them."""
-        items = tuple(item.riding for item in self.open.values())
+        """Return the true stream of the items that no arm is at; of one by one, the first of them."""
+        items = tuple(item.riding for item in self.open.values() if item.t_released <= self.t)
         return replace(self.stream, items=items[:1] if self.stream.one_by_one else items)
+
+    def _on_belt(self) -> ItemStream:
+        """Return the true stream with the items that arms are at, as long as these are on the belt."""
+        true = self._riding()
+        free = {riding.id for riding in true.items}
+        taken = tuple(r for r, until in self.at_work if self.t < until and r.id not in free)
+        return replace(true, items=(*true.items, *taken))
 
     def _looked(self) -> BeltLook:
         """Perceive what is on the belt, by a camera or with bounded errors."""
         self.look += 1
-        true = self._riding()
+        true = self._on_belt()
         if self.tracks is None:
             seen = perceive_stream(self.request, true, self.look, self.t, QUERY_CHARGE)
             return BeltLook(self.look, self.t, seen)
@@ -222,30 +215,58 @@ class _StreamTrial:
         still = tuple(each for each in known.items if each.id in self.open)
         return BeltLook(self.look, self.t, replace(known, items=still))
 
-    def _execute(self, item: OpenItem, planned: StreamPlan) -> None:
-        """Execute a plan in a world with what is truly on the belt."""
-        true, t_start, context, plan = self._riding(), self.t, self.arms.context, planned.plan
-        item.attempts, item.reason, item.arm = item.attempts + 1, "", context.cell.arm
+    def _execute(self, option: PickOption) -> None:
+        """Execute a plan in a world with what is truly on the belt, but for what other arms are at."""
+        item, arm, planned = option.item, option.arm, option.planned
+        true, t_start, context = self._riding(), self.t, arm.context
+        self._begin(option)
+        world, poses = self._world(true, arm), list[tuple[float, Array]]()
+        takes = context.method.rests(context.cell.devices, context.settings.release_time).taking
+        watch = MeetingWatch(planned.plan, world, takes)
+
+        def after_step(now: World) -> None:
+            watch.after_step(now)
+            poses.append((t_start + now.t, now.q.copy()))
+
+        run = self._carried_out(planned, world, after_step)
+        t_end = t_start + run.t_end
+        # Clear of what the belt brings, the empty arm goes on from where it came to rest.
+        goes_on = run.stop is None or (bool(run.is_clear) and world.held is None)
+        if self.tracks is not None:
+            self.tracks.take(true, t_start)
+            self.tracks.hide(t_start, t_end + (0.0 if goes_on else RESET_TIME))
+        # The arm goes on while what it has dropped still falls.
+        self._update_truth(world, t_start + world.t, true, item)
+        item.t_end = item.t_next = item.t_released = t_end
+        self.t_end = max(self.t_end, t_end)
+        item.met = watch.measured(t_start)
+        self._count(item, run)
+        self.together += self.arms.moving_between(t_start, t_end)
+        arm.start, arm.free_at = Start(world.q.copy(), world.tool_state), t_end
+        arm.note_measured(poses, is_as_planned=run.stop is None and not run.operator_stops)
+        if (met := self.arms.why_met(arm, t_start)) is not None:
+            self.n_collisions, item.reason = self.n_collisions + 1, str(met)
+        if not goes_on:
+            self.arms.bring_home(arm, t_end + RESET_TIME)
+        self._note_outcome(item, world, true)
+        world.close()
+        self.t = t_start + QUERY_CHARGE
+
+    def _begin(self, option: PickOption) -> None:
+        """Note that an arm is at an item from now on."""
+        item, arm, plan = option.item, option.arm, option.planned.plan
+        item.attempts, item.reason, item.arm = item.attempts + 1, "", arm.context.cell.arm
         item.refusals.clear()
         item.clearance = None if plan.certificate is None else plan.certificate.min_clearance
         item.cost_bound = plan.statistics.get("transit_cost_bound")
-        self.queries.note_taking(context, planned)
-        world = self._world(true)
-        release_time = context.settings.release_time
-        watch = MeetingWatch(plan, world, context.method.rests(context.cell.devices, release_time).taking)
-        run = self._carried_out(planned, world, watch.after_step)
-        # Clear of what the belt brings, the empty arm goes on from where it came to rest.
-        goes_on = run.stop is None or (bool(run.is_clear) and world.held is None)
-        # The arm goes on while what it has dropped still falls.
-        self._pass(true, t_start, t_start + run.t_end, 0.0 if goes_on else RESET_TIME)
-        self._update_truth(world, t_start + world.t, true, item)
-        item.t_end, self.t_end = self.t, self.t
-        item.met = watch.measured(t_start)
-        self._count(item, run)
-        self.arms.start = Start(world.q.copy(), world.tool_state)
-        if not goes_on:
-            self._by_hand()
-        where = world.placed(plan.grasp.item).location if plan.grasp is not None else ""
+        self.queries.note_taking(arm, option.planned)
+        seen = option.planned.seen.scene_at(self.t)
+        arm.motion = ArmMotion.planned(arm.context.model, plan, seen, self.t)
+        self.at_work.append((item.riding, self.t + times_at_work(plan.segments)[1] + LATE))
+
+    def _note_outcome(self, item: OpenItem, world: World, true: ItemStream) -> None:
+        """Note where an item is that was attempted, and close it unless it is still on the belt."""
+        where = world.placed(item.riding.id).location
         if where in self.arms.destinations:
             self._close(item.riding.id, ItemOutcome.DELIVERED)
         elif where != next(iter(true.carrier.places)):
@@ -253,13 +274,12 @@ class _StreamTrial:
             self._close(item.riding.id, ItemOutcome.LOST)
         else:
             item.reason = item.reason or "it stayed on the belt"
-        world.close()
 
-    def _world(self, true: ItemStream) -> World:
-        """Return a world with what is truly on the belt now, and the arm that acts where it is."""
-        arms, seed = self.arms, derived_seed("items", self.request.seed)
-        scene = replace(true.scene_at(self.t), cell=arms.context.cell)
-        world = World(scene, arms.start.q, arms.start.tool_state, reality=self.request.reality, seed=seed)
+    def _world(self, true: ItemStream, arm: TrialArm) -> World:
+        """Return a world with what is truly on the belt now, and an arm where it is."""
+        start, seed = arm.start, derived_seed("items", self.request.seed)
+        scene = replace(true.scene_at(self.t), cell=arm.context.cell)
+        world = World(scene, start.q, start.tool_state, reality=self.request.reality, seed=seed)
         world.reseed(derived_seed("world", self.request.seed, self.look))
         if true.speed > 0.0:
             world.run_belt(true.conveyor, true.speed)
@@ -274,17 +294,6 @@ class _StreamTrial:
         noted.t_end = noted.t_start + run.t_end
         return run
 
-    def _pass(self, true: ItemStream, t_start: float, t_end: float, hidden: float = 0.0) -> None:
-        """Let the time pass in which an arm moved, and hid the belt for so many s longer."""
-        self.t = t_end
-        if self.tracks is not None:
-            self.tracks.take(true, t_start)
-            self.tracks.hide(t_start, t_end + hidden)
-
-    def _by_hand(self) -> None:
-        """Let the arm that acts be brought home by hand."""
-        self.t, self.arms.start = self.t + RESET_TIME, self.arms.home(self.arms.context)
-
     def _count(self, item: OpenItem, run: Execution) -> None:
         """Count what must not happen, and note what stopped the motion."""
         self.n_collisions += len(run.collisions)
@@ -297,7 +306,8 @@ class _StreamTrial:
         """Note where the items truly are at a time (s); those that a motion knocked off the belt are lost."""
         T_belt_world, taken = inverse(true.carrier.T_world_carrier), item.riding.id
         for placed in world.scene.items:
-            other = self.open[placed.id]
+            if (other := self.open.get(placed.id)) is None:
+                continue
             T = T_belt_world @ world.engine.pose(placed.id)
             ridden = true.travel_at(other.riding, t), *other.riding.T_belt_item[1:3, 3]
             has_moved = float(np.linalg.norm(T[:3, 3] - ridden)) > MOVED

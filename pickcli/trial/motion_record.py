@@ -365,11 +365,12 @@ def _read(model: MotionModel) -> RecordedMotion:
         raise ValueError("times that do not go with what moves")
     if len(motion.vacuum_times) != len(motion.vacuum):
         raise ValueError("times that do not go with the vacuum")
-    now = 0.0
+    started, ended = 0.0, dict[str, float]()  # ended: by arm, as several may move at the same time
     for each in motion.executions:
-        if not now <= each.t_start <= each.t_end:
-            raise ValueError(f"an execution from {each.t_start} to {each.t_end} s, after {now} s")
-        now = each.t_end
+        after = max(started, ended.get(each.arm, 0.0))
+        if not after <= each.t_start <= each.t_end:
+            raise ValueError(f"an execution from {each.t_start} to {each.t_end} s, after {after} s")
+        started, ended[each.arm] = each.t_start, each.t_end
     return motion
 
 

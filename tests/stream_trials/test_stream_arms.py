@@ -1,4 +1,4 @@
-"""Several arms at one belt: which one acts, where it brings items to, and how it is parked."""
+"""Several arms at one belt: which may move, what they keep out of, and where they bring items to."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from pickcli.errors import InputError
-from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE
+from pickcli.stream_trials.arm_motion import ArmMotion
 from pickcli.stream_trials.stream_arms import StreamArms, destination_of
 from support import belt_picks
-from support.pr2_picks import context, stream
+from support.pr2_picks import arm_pick, context
 
 
-def both() -> StreamArms:
-    return StreamArms([context("left"), context("right")])
+def both(move_together: bool = True) -> StreamArms:
+    return StreamArms([context("left"), context("right")], move_together)
 
 
 def test_each_arm_brings_items_to_the_nearest_box_and_to_the_tote_if_there_is_one() -> None:
@@ -34,18 +34,56 @@ def test_a_cell_without_a_tote_or_a_box_is_refused() -> None:
         destination_of(replace(cell, own_carriers=belts))
 
 
-def test_an_arm_that_stands_parked_has_no_way_to_go() -> None:
-    assert both().parking(stream(), 0.0, 0) is None
-
-
-def test_an_arm_is_parked_clear_of_what_the_belt_may_bring_and_another_one_acts() -> None:
+def test_arms_that_move_together_are_free_when_they_rest() -> None:
     arms = both()
-    over_bin = context().cell.configurations["bin_left"]
-    arms.start = Start(over_bin.q, over_bin.tool_state)
-    parking = arms.parking(stream(), 1.0, 0)
-    assert parking is not None and parking.certificate is not None
-    off = parking.trajectory.positions[-1] - context().cell.home.q
-    assert off - 2.0 * np.pi * np.round(off / (2.0 * np.pi)) == pytest.approx(0.0, abs=1e-9)  # whole turns
-    arms.let_act(arms.others[0])
-    assert arms.context.cell.arm == "right"
-    assert np.array_equal(arms.start.q, context("right").cell.home.q)
+    left, right = arms.all
+    assert arms.free(0.0) == (left, right) and arms.next_free == 0.0
+    left.free_at = 4.0
+    assert arms.free(3.9) == (right,) and arms.next_free == 0.0
+    right.free_at = 6.0
+    assert arms.free(3.9) == () and arms.next_free == 4.0 and arms.free(4.0) == (left,)
+    assert arms.moving_between(5.0, 9.0) == 1.0 and arms.moving_between(6.5, 9.0) == 0.0
+
+
+def test_one_at_a_time_is_free_when_all_rest() -> None:
+    arms = both(move_together=False)
+    arms.all[0].free_at = 4.0
+    assert arms.free(3.9) == () and arms.next_free == 4.0
+    assert arms.free(4.0) == arms.all
+
+
+def test_what_moves_is_kept_out_of_and_nothing_moves_while_an_arm_is_brought_home() -> None:
+    arms, pick, other = both(), arm_pick("left"), arm_pick("right")
+    left, right = arms.all
+    left.motion = ArmMotion.planned(left.context.model, pick.plan, pick.scene, 0.0)
+    why = arms.why_not_apart(right, other.plan, other.scene, 0.0)
+    assert why is not None and "in the way of the other arm" in str(why)
+    assert arms.why_not_apart(right, other.plan, other.scene, pick.plan.trajectory.duration + 1.0) is None
+    arms.bring_home(left, 30.0)
+    assert arms.why_not_apart(right, other.plan, other.scene, 0.0) is None
+    assert arms.free(29.9) == () and arms.free(30.0) == arms.all
+
+
+def test_a_motion_that_was_not_in_the_time_of_its_plan_is_kept_out_of_as_it_was() -> None:
+    arms, pick = both(), arm_pick("left")
+    left, q = arms.all[0], pick.plan.trajectory.positions[0]
+    left.motion = ArmMotion.planned(left.context.model, pick.plan, pick.scene, 0.0)
+    left.note_measured([(0.0, q), (0.5, q)], is_as_planned=True)
+    assert left.motion.t_end == pick.plan.trajectory.duration and left.measured.t_end == 0.5
+    left.note_measured([(0.0, q), (0.5, q)], is_as_planned=False)
+    assert left.motion is left.measured
+
+
+def test_arms_that_met_as_they_were_measured_are_told() -> None:
+    arms, picks = both(), (arm_pick("left"), arm_pick("right"))
+    for arm, pick in zip(arms.all, picks, strict=True):
+        times = np.arange(0.0, pick.plan.trajectory.duration, 0.01)
+        arm.note_measured(list(zip(times.tolist(), pick.plan.trajectory.sample(times), strict=True)), True)
+    why = arms.why_met(arms.all[1], 0.0)
+    assert why is not None and "in the way of the other arm" in str(why)
+
+
+def test_a_single_arm_is_in_nobodys_way() -> None:
+    arms, pick = StreamArms([context("left")], move_together=True), arm_pick("left")
+    assert arms.why_not_apart(arms.all[0], pick.plan, pick.scene, 0.0) is None
+    assert arms.why_met(arms.all[0], 0.0) is None

@@ -19,6 +19,7 @@ from pickcli.planning.belt_picks.intercept import plan_intercept, why_never
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.item_stream import RidingItem
 from pickcli.scene.stream_file import write_stream
+from pickcli.stream_trials.stream_arms import StreamArms
 from pickcli.stream_trials.stream_result import ItemOutcome
 from pickcli.stream_trials.stream_rules import StreamRule
 from pickcli.stream_trials.stream_trial import play_stream
@@ -49,13 +50,15 @@ def test_items_are_met_abreast_of_the_shoulder_or_anywhere() -> None:
     assert StreamRule.EARLIEST.meeting_place(context(), stream().carrier) is None
 
 
-def test_arms_alternate_or_go_on() -> None:
-    left, right = ARMS
+def test_arms_alternate_or_are_asked_as_they_are_preferred() -> None:
+    arms = StreamArms(ARMS, move_together=False).all
+    left, right = arms
     turns = StreamRule.PR2_2013.in_turn
-    assert turns(ARMS, left, None) == (left, right)
-    assert turns(ARMS, left, left) == turns(ARMS, right, left) == (right, left)
-    assert turns(ARMS, right, right) == (left, right)
-    assert StreamRule.EARLIEST.in_turn(ARMS, right, right) == (right, left)
+    assert turns(arms, None) == (left, right)
+    assert turns(arms, left) == (right, left) and turns(arms, right) == (left, right)
+    for rule in (StreamRule.EARLIEST, StreamRule.ONE_AT_A_TIME):
+        assert rule.in_turn(arms, right) == rule.in_turn(arms, left) == (left, right)
+    assert [rule for rule in StreamRule if rule.moves_together] == [StreamRule.EARLIEST]
 
 
 def test_the_contact_is_made_where_the_rule_has_it_and_the_arm_waits_over_the_belt() -> None:

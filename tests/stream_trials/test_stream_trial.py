@@ -31,12 +31,10 @@ from pickcli.stream_trials import pick_queries, stream_trial
 from pickcli.stream_trials.belt_camera import BeltCamera
 from pickcli.stream_trials.pick_queries import QUERY_CHARGE
 from pickcli.stream_trials.pick_schedule import PlannedPick, next_pick
-from pickcli.stream_trials.stream_arms import StreamArms
 from pickcli.stream_trials.stream_result import ItemOutcome, StreamTrialResult
 from pickcli.stream_trials.stream_rules import StreamRule
 from pickcli.stream_trials.stream_trial import MOST_ATTEMPTS, play_stream
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
-from support import pr2_picks
 from support.belt_picks import cell, context
 
 
@@ -291,22 +289,3 @@ def test_the_time_of_a_query_is_all_that_it_took_with_a_plan_or_without(
     monkeypatch.setattr("pickcli.stream_trials.pick_queries.plan_intercept", refuse_first)
     result = play_stream(StreamTrialRequest(of(1, 0.1, (2.0, 2.2))), [context()]).result
     assert result.n_attempted == 1 and result.planning_ms[0] >= 20.0 and result.refusing_ms[0] >= 20.0
-
-
-def test_an_arm_that_cannot_be_parked_is_a_reason_beside_those_of_its_own_queries(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def refuse(*rest: Any) -> Plan:
-        raise NoPlanError("pick", [Reason("too high")])
-
-    def stuck(*rest: Any) -> Plan:
-        raise NoPlanError("park arm left", [Reason("no way")])
-
-    monkeypatch.setattr("pickcli.stream_trials.pick_queries.plan_intercept", refuse)
-    monkeypatch.setattr(StreamArms, "parking", stuck)
-    items = pr2_picks.stream()
-    request = StreamTrialRequest(replace(items, items=items.items[:1]))
-    (told,) = play_stream(request, [pr2_picks.context("left"), pr2_picks.context("right")]).result.items
-    assert told.outcome is ItemOutcome.NOT_ATTEMPTED
-    both = "arm left: no plan for pick: too high; arm right: no plan for park arm left: no way"
-    assert told.reason == both
