@@ -56,9 +56,10 @@ def stream_rule_option(function: F) -> F:
     return click.option(
         "--stream-rule", type=click.Choice([str(each) for each in StreamRule], case_sensitive=False),
         default=str(StreamRule.EARLIEST), show_default=True,
-        help="Of a stream: items are met as early as possible, by the arm that acted last if it can, in a "
-             "trial in the order by which most can be taken; or at one place, by the arms in turns, recorded "
-             "grasps past a chase filter and a kinematic filter, as the PR2 did in 2013.",
+        help="Of a stream: items are met as early as possible, in a trial in the order by which most can be "
+             "taken, by arms that move at the same time, or by one after the other; or at one place, by the "
+             "arms in turns, recorded grasps past a chase filter and a kinematic filter, as the PR2 did in "
+             "2013.",
     )(function)  # fmt: skip
 
 
