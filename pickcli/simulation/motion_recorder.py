@@ -128,7 +128,7 @@ class MotionRecorder:
         joint_names: Names of the m joints.
         times: s of every sample.
         joints: Positions (m,) of all joints in each sample; an arm that does not move keeps its last ones.
-        vacuum: Pa below ambient in the cup in each sample; 0 without a cup.
+        vacuum: Pa below ambient in the cup in each sample, of several the most; 0 without a cup.
         items: By id, rows of s, position in m and quaternion x, y, z, w; only while an item moves.
         runs: Executions, in order of time.
         t_world: s at which the world began that is recorded.
@@ -146,6 +146,7 @@ class MotionRecorder:
         self._n_looks = 0
         self.t_world = 0.0
         self._meanwhile: deque[tuple[float, Array, float]] = deque()  # later samples of other arms
+        self._others_vacuum = 0.0  # Pa in the cups of other arms that move
         self._mine = np.zeros(0, dtype=np.intp)  # columns of the arm that is recorded
 
     @property
@@ -175,7 +176,7 @@ class MotionRecorder:
         columns = {name: k for k, name in enumerate(self._positions)}
         mine = [columns[name] for name in world.robot.moving_joints if name in columns]
         self._mine = np.array(mine, dtype=np.intp)
-        n = bisect_left(self.times, t)
+        n, self._others_vacuum = bisect_left(self.times, t), 0.0
         if len(mine) < len(columns):  # there are other arms
             self._meanwhile.extend(zip(self.times[n:], self.joints[n:], self.vacuum[n:], strict=True))
         del self.times[n:], self.joints[n:], self.vacuum[n:]
@@ -199,10 +200,10 @@ class MotionRecorder:
         if self.times and t < self.times[-1] + LOOK_TIME - 1e-9:
             return
         self.times.append(t)
-        vacuum = self._others_until(t)
+        self._let_others_move(t)
         self._positions |= dict(zip(world.robot.moving_joints, world.joints.tolist(), strict=True))
         self.joints.append(np.array(list(self._positions.values())))
-        self.vacuum.append(max(world.tool.pressure, vacuum))
+        self.vacuum.append(max(world.tool.pressure, self._others_vacuum))
         is_due, held = self._n_looks % ITEM_LOOKS == 0, world.held
         for placed in world.scene.items:
             if is_due or placed.id == held:
@@ -222,16 +223,14 @@ class MotionRecorder:
             self.joints.append(row)
             self.vacuum.append(vacuum)
 
-    def _others_until(self, t: float) -> float:
-        """Move the other arms on to a time (s); return the vacuum in their cups, Pa below ambient."""
-        vacuum = 0.0
+    def _let_others_move(self, t: float) -> None:
+        """Move the other arms on to their last sample before a time (s)."""
         while self._meanwhile and self._meanwhile[0][0] <= t:
-            _, row, vacuum = self._meanwhile.popleft()
-            before = np.array(list(self._positions.values()))[self._mine]
+            _, row, self._others_vacuum = self._meanwhile.popleft()
+            mine = np.array(list(self._positions.values()))[self._mine]
             row = row.copy()
-            row[self._mine] = before
+            row[self._mine] = mine
             self._positions = dict(zip(self._positions, row.tolist(), strict=True))
-        return vacuum
 
     def begin(self, plan: Plan | None, world: RecordedWorld) -> RecordedRun:
         """Record the beginning of an execution.

@@ -2,9 +2,10 @@
 
 Every link is covered by spheres, as for collision checks, and so is what the arm takes. They are followed
 through samples of the motion, in a few groups for each link: between two samples a sphere is within half of
-their distance of one of them, and within the sag of an arc. Two arms are apart if the boxes around any two
-groups are at every sample, or else their spheres; and also with the groups where they are a moment before and
-after that, as each arm may be late against the other.
+their distance of one of them, and within the sag of an arc, which is estimated by twice what second
+differences say. Two arms are apart if the boxes around any two groups are at every sample, or else their
+spheres; and also with the groups where they are a moment before and after that, as each arm may be late
+against the other.
 """
 
 from __future__ import annotations
@@ -19,9 +20,8 @@ from scipy.ndimage import maximum_filter1d
 from scipy.spatial.distance import cdist
 
 from pickcli.cell.tool import MOVING
-from pickcli.collision.attached_item import AttachedItem, swept_cover
 from pickcli.collision.robot_model import CollisionModel
-from pickcli.collision.sphere_cover import Cover
+from pickcli.collision.sphere_cover import Cover, cover_shape
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
@@ -110,13 +110,15 @@ class ArmMotion:
         Returns:
             A reason; None if they are proven apart.
         """
-        n = 2 + max(0, int(np.ceil((max(self.t_end, other.t_end) + late - t) / STEP)))
-        times = np.asarray(t + STEP * np.arange(n), dtype=float)
-        mine, others, shifts = self._groups(times), other._groups(times), int(np.ceil(late / STEP))
+        shifts = int(np.ceil(late / STEP))
+        n = 2 + max(0, int(np.ceil((max(self.t_end, other.t_end) - t) / STEP))) + shifts
+        times = np.asarray(t + STEP * np.arange(-shifts, n), dtype=float)
+        mine, others = self._groups(times), other._groups(times)
         close = _are_close(mine.corners, others.corners_within(shifts), keep)
         for i, j in np.argwhere(close.any(axis=0)):
             ks = np.flatnonzero(close[:, i, j])
-            gaps = _gaps(mine.spheres(i, ks), others.spheres(j, ks)) - others.strays_within(shifts, j)[ks]
+            reach = mine.reach[ks, i] + others.reach_within(shifts, j)[ks]
+            gaps = _gaps(mine.spheres(i, ks), others.spheres(j, ks)) - reach
             if (gaps < keep).any():
                 at = float(times[ks[int(np.argmax(gaps < keep))]])
                 where = f"{mine.links[i]} and {others.links[j]}"
@@ -156,13 +158,13 @@ class _MovingGroups:
         # h² / 8 of the acceleration, and as much again for what that changes between the samples
         bends = np.linalg.norm(np.diff(points, 2, axis=0), axis=3).max(axis=(0, 2), initial=0.0)
         longest = np.maximum(np.pad(ways, ((1, 0), (0, 0))), np.pad(ways, ((0, 1), (0, 0))))
-        # (K, G) m by which spheres may be elsewhere until half of the way to the samples beside each
-        self._points, self._between = points, longest / 2 + bends / 4 + LEAST_SAG
+        # reach: (K, G) m by which spheres may be elsewhere until half of the way to the samples beside each
+        self._points, self.reach = points, longest / 2 + bends / 4 + LEAST_SAG
 
     @property
     def corners(self) -> tuple[Array, Array]:
         """Corners of the boxes along the axes of the world that hold each group: (K, G, 3) m each."""
-        reach = self._between[:, :, None]
+        reach = self.reach[:, :, None]
         return self._points.min(axis=2) - reach, self._points.max(axis=2) + reach
 
     def corners_within(self, shifts: int) -> tuple[Array, Array]:
@@ -171,19 +173,20 @@ class _MovingGroups:
         low = -maximum_filter1d(-low, size, axis=0, mode="nearest")
         return low, maximum_filter1d(high, size, axis=0, mode="nearest")
 
-    def strays_within(self, shifts: int, j: int) -> Array:
-        """Return how far, (K,) m, a group gets from where it is within some samples before and after that."""
+    def reach_within(self, shifts: int, j: int) -> Array:
+        """Return how far, (K,) m, a group gets from where it is, within some samples before and after that."""
         points = self._points[:, j]
         ticks, far = np.arange(len(points)), np.zeros(len(points))
         for shift in range(-shifts, shifts + 1):
             then = np.clip(ticks + shift, 0, len(ticks) - 1)
-            far = np.maximum(far, np.linalg.norm(points[then] - points, axis=2).max(axis=1))
+            away = np.linalg.norm(points[then] - points, axis=2).max(axis=1)
+            far = np.maximum(far, away + self.reach[then, j])
         return far
 
     def spheres(self, i: int, ks: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Return the spheres of a group at some samples: centres (N, S, 3) and radii (N, S), m."""
+        """Return the spheres of a group at some samples: centres (N, S, 3) and radii (S,), m."""
         cover = self._covers[i]
-        return _moved(self._frames[ks, i], cover.centers), cover.radii + self._between[ks, i][:, None]
+        return _moved(self._frames[ks, i], cover.centers), cover.radii
 
 
 def _are_close(mine: tuple[Array, Array], others: tuple[Array, Array], keep: float) -> NDArray[np.bool_]:
@@ -198,8 +201,10 @@ def _are_close(mine: tuple[Array, Array], others: tuple[Array, Array], keep: flo
 
 def _gaps(mine: tuple[Array, Array], others: tuple[Array, Array]) -> Array:
     """Return the least gaps (N,), m, between two groups of spheres."""
-    each = zip(*mine, *others, strict=True)
-    return np.array([(cdist(a, b) - ra[:, None] - rb).min() for a, ra, b, rb in each])
+    (centers, radii), (other_centers, other_radii) = mine, others
+    both = radii[:, None] + other_radii
+    each = zip(centers, other_centers, strict=True)
+    return np.array([(cdist(a, b) - both).min() for a, b in each])
 
 
 def _box_points(group: Cover) -> Array:
@@ -232,5 +237,6 @@ def _taken(model: CollisionModel, plan: Plan, scene: Scene) -> Cover | None:
     if plan.grasp is None:
         return None
     placed = scene.find(plan.grasp.item)
-    attached = AttachedItem(placed.item, inverse(plan.grasp.T_item_tip), scene.bound(placed), placed.id)
-    return swept_cover(model, attached)
+    T_last_item = model.robot.tool.T_last_tip @ inverse(plan.grasp.T_item_tip)
+    cover = cover_shape(placed.item.shape).inflated(scene.bound(placed))
+    return model.swept(cover.moved(T_last_item))

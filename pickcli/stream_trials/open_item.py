@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from pickcli.scene.item_stream import RidingItem
 from pickcli.stream_trials.stream_result import ItemOutcome, MeetingRecord, StreamItemResult
 
@@ -19,7 +21,7 @@ class OpenItem:
         attempts: Number of picks of it that were executed.
         reason: Why it is not taken, as far as that is known; "" if nothing is against it.
         t_next: s of the stream before which it is not asked for again.
-        t_released: s of the stream until which an arm is at it.
+        t_released: s of the stream until which an arm is at it, and nobody else meets it.
         t_end: s at which the last attempt at it was over; None before the first.
         met: How the tool met it; None if it did not.
         arm: The arm that tried it last.
@@ -64,13 +66,14 @@ class OpenItem:
         self.is_planned, self.reason = True, ""
         self.refusals.clear()
 
-    def note_refusal(self, t: float) -> None:
+    def note_refusal(self, t: float, t_other: float = np.inf) -> None:
         """Put the next query off, but not for what had a plan just before.
 
         Args:
             t: s of the stream, now.
+            t_other: s of the stream at which an arm rests that was not asked.
         """
-        self.t_next = t if self.is_planned else t + TRY_AGAIN
+        self.t_next = t if self.is_planned else min(t + TRY_AGAIN, t_other)
         self.is_planned, self.is_refused = False, True
 
     def result(self, outcome: ItemOutcome) -> StreamItemResult:

@@ -16,7 +16,7 @@ from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.scene.scene import Scene
 from pickcli.stream_trials.open_item import OpenItem
 from pickcli.stream_trials.pick_schedule import PlannedPick, next_pick
-from pickcli.stream_trials.stream_arms import StreamArms, TrialArm, destination_of
+from pickcli.stream_trials.stream_arms import LATE, StreamArms, TrialArm, destination_of
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 from pickcli.verification.verify import certifier
 
@@ -92,6 +92,21 @@ class PickOption:
     arm: TrialArm
     t: float
     planned: StreamPlan
+
+
+def late_by(stream: ItemStream, plan: Plan) -> float:
+    """Return by how much a plan may be late, as one belt tells the time of all arms.
+
+    Args:
+        stream: The stream as it was perceived, with the error of its speed.
+        plan: The plan.
+
+    Returns:
+        s.
+    """
+    if stream.speed == 0.0:
+        return LATE
+    return LATE + stream.speed_error / stream.speed * plan.trajectory.duration
 
 
 class PickQueries:
@@ -183,7 +198,7 @@ class PickQueries:
                 item.note_plan()
                 return PickOption(item, arm, t + lasted, planned), lasted
             lasted += QUERY_CHARGE
-        item.note_refusal(look.t)
+        item.note_refusal(look.t, self._arms.next_rest(look.t))
         return None, lasted
 
     def chosen(self, look: BeltLook, options: Sequence[PickOption], items: Sequence[OpenItem]) -> PickOption:
@@ -207,12 +222,12 @@ class PickQueries:
             deadlines = {each.riding.id: look.seconds_left(each.riding.id) - takes for each in items}
         return options[next_pick(picks, deadlines)]
 
-    def _apart(self, arm: TrialArm, scene: Scene, t: float) -> Certify:
+    def _apart(self, arm: TrialArm, seen: ItemStream, scene: Scene, t: float) -> Certify:
         """Return what certifies a plan of an arm from a time (s) on: it is apart from the others, too."""
         certify = certifier(scene)
 
         def certified(plan: Plan) -> Plan | Failures:
-            why = self._arms.why_not_apart(arm, plan, scene, t)
+            why = self._arms.why_not_apart(arm, plan, scene, t, late_by(seen, plan))
             return certify(plan) if why is None else Failures.of(why)
 
         return certified
@@ -231,7 +246,7 @@ class PickQueries:
         began = time.perf_counter()
         filtered = self._rule.filtered(context, seen, query, seed)
         try:
-            certify = self._apart(arm, scene, t)
+            certify = self._apart(arm, seen, scene, t)
             plan = plan_intercept(filtered.context, seen, query, arm.start, seed, certify)
         except NoPlanError as error:
             self.refusing_ms.append(1e3 * (time.perf_counter() - began))

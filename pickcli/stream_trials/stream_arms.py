@@ -22,8 +22,9 @@ from pickcli.scene.scene import TOTE, Scene, empty_scene
 from pickcli.simulation.motion_recorder import joint_positions
 from pickcli.stream_trials.arm_motion import ArmMotion
 
-LATE = 0.06  # s by which one arm may be late against another: the belt tells the time of both
+LATE = 0.04  # s by which one arm may be late against another, besides what the error of the belt's speed adds
 STRAYING = 0.003  # m by which each arm may be beside its plan, beyond the cell's clearance
+AS_PLANNED = 0.01  # rad or m by which each joint may be off where its plan has it within that time
 
 
 @dataclass(eq=False)
@@ -33,7 +34,7 @@ class TrialArm:
     Attributes:
         context: The cell as it sees it, its models and its precomputed files.
         start: Where it is at rest, at the end of its last motion.
-        free_at: s of the stream from which on it is at rest.
+        free_at: s of the stream from which on it rests, and may move.
         motion: What it is to do until then, which others keep out of.
         measured: What it did, until then.
     """
@@ -68,16 +69,22 @@ class TrialArm:
         self.start, self.free_at = start, free_at
         self.motion = self.measured = ArmMotion.resting(self.context.model, start.q)
 
-    def note_measured(self, poses: Sequence[tuple[float, Array]], is_as_planned: bool) -> None:
-        """Note what it did.
+    def note_measured(self, poses: Sequence[tuple[float, Array]], late: float) -> None:
+        """Note what it did. Others keep out of that if it was not as planned, within some time.
 
         Args:
             poses: s of the stream, increasing, each with the measured configuration (n,).
-            is_as_planned: Whether it was in the time of its plan; else others keep out of what it did.
+            late: s by which it may have been late, or early.
         """
         times, q = np.array([t for t, _ in poses]), np.array([at for _, at in poses])
         self.measured = ArmMotion.measured(self.context.model, times, q, self.motion.taken)
-        self.motion = self.motion if is_as_planned else self.measured
+        when = np.arange(times[0], max(self.measured.t_end, self.motion.t_end) + late, 0.01)
+        near = np.stack([self.motion.at(when + off) for off in np.linspace(-late, late, 9)])
+        is_as_planned = (self.measured.at(when) >= near.min(axis=0) - AS_PLANNED) & (
+            self.measured.at(when) <= near.max(axis=0) + AS_PLANNED
+        )
+        if not is_as_planned.all():
+            self.motion = self.measured
 
 
 class StreamArms:
@@ -122,8 +129,8 @@ class StreamArms:
         resting = tuple(arm for arm in self.all if arm.free_at <= t)
         return resting if self._move_together or len(resting) == len(self.all) else ()
 
-    def moving_between(self, t_start: float, t_end: float) -> float:
-        """Return for how long arms that began before still move, of an arm that begins.
+    def overlap(self, t_start: float, t_end: float) -> float:
+        """Return for how long arms that began before still move while another one does.
 
         Args:
             t_start: s of the stream at which it begins.
@@ -133,6 +140,17 @@ class StreamArms:
             s in which more than one moves.
         """
         return max(0.0, min(t_end, max(arm.free_at for arm in self.all)) - t_start)
+
+    def next_rest(self, t: float) -> float:
+        """Return when the next of the arms that move comes to rest.
+
+        Args:
+            t: s of the stream.
+
+        Returns:
+            s of the stream; infinite if none moves.
+        """
+        return min((arm.free_at for arm in self.all if arm.free_at > t), default=np.inf)
 
     @property
     def next_free(self) -> float:
@@ -155,18 +173,19 @@ class StreamArms:
         )
         return Start(stands.q, stands.tool_state)
 
-    def bring_home(self, arm: TrialArm, t: float) -> None:
-        """Let an arm be brought home by hand, while all others rest.
+    def bring_home(self, arm: TrialArm, takes: float) -> None:
+        """Let an arm be brought home by hand, once all others rest.
 
         Args:
             arm: The arm.
-            t: s of the stream at which that is done.
+            takes: s that it takes.
         """
+        t = max(each.free_at for each in self.all) + takes
         arm.rest(self.home(arm.context), t)
         for each in self.all:
             each.free_at = max(each.free_at, t)
 
-    def why_not_apart(self, arm: TrialArm, plan: Plan, scene: Scene, t: float) -> Reason | None:
+    def why_not_apart(self, arm: TrialArm, plan: Plan, scene: Scene, t: float, late: float) -> Reason | None:
         """Explain why a motion of one arm is not proven apart from what the others do.
 
         Args:
@@ -174,6 +193,7 @@ class StreamArms:
             plan: The plan of the motion.
             scene: The scene at its start.
             t: s of the stream at which it starts.
+            late: s by which either may be late against the other.
 
         Returns:
             The reason; None if it is proven.
@@ -182,7 +202,7 @@ class StreamArms:
             return None
         motion, keep = ArmMotion.planned(arm.context.model, plan, scene, t), arm.context.cell.clearance
         each = (
-            motion.why_not_apart(other.motion, t, keep + 2.0 * STRAYING, LATE)
+            motion.why_not_apart(other.motion, t, keep + 2.0 * STRAYING, late)
             for other in self.all
             if other is not arm
         )

@@ -34,8 +34,15 @@ from pickcli.stream_trials.belt_perception import BeltPerception
 from pickcli.stream_trials.bounded_perception import perceive_stream
 from pickcli.stream_trials.meeting_watch import MeetingWatch
 from pickcli.stream_trials.open_item import OpenItem
-from pickcli.stream_trials.pick_queries import QUERY_CHARGE, BeltLook, PickOption, PickQueries, StreamPlan
-from pickcli.stream_trials.stream_arms import LATE, StreamArms, TrialArm
+from pickcli.stream_trials.pick_queries import (
+    QUERY_CHARGE,
+    BeltLook,
+    PickOption,
+    PickQueries,
+    StreamPlan,
+    late_by,
+)
+from pickcli.stream_trials.stream_arms import StreamArms, TrialArm
 from pickcli.stream_trials.stream_result import ItemOutcome, StreamItemResult, StreamTrialResult
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 
@@ -87,8 +94,9 @@ class _StreamTrial:
 
     def __init__(self, request: StreamTrialRequest, contexts: Sequence[PlanningContext]) -> None:
         self.request, self.stream, camera = request, request.stream, request.camera
-        # What moves over the belt hides it from a camera.
-        self.arms = StreamArms(contexts, request.rule.moves_together and camera is None)
+        # What moves over the belt hides it from a camera; on a belt that stands nothing has to be in time.
+        is_run_by_bounds = camera is None and self.stream.speed > 0.0
+        self.arms = StreamArms(contexts, request.rule.moves_together and is_run_by_bounds)
         self.tracks = None if camera is None else BeltPerception(self.stream, camera, request.seed)
         self.recorder, self.plans = MotionRecorder(self.arms.positions), list[StreamPlan]()
         self.t, self.look = 0.0, 0
@@ -237,17 +245,18 @@ class _StreamTrial:
             self.tracks.hide(t_start, t_end + (0.0 if goes_on else RESET_TIME))
         # The arm goes on while what it has dropped still falls.
         self._update_truth(world, t_start + world.t, true, item)
-        item.t_end = item.t_next = item.t_released = t_end
+        item.t_end = item.t_next = t_end
         self.t_end = max(self.t_end, t_end)
         item.met = watch.measured(t_start)
         self._count(item, run)
-        self.together += self.arms.moving_between(t_start, t_end)
+        self.together += self.arms.overlap(t_start, t_end)
         arm.start, arm.free_at = Start(world.q.copy(), world.tool_state), t_end
-        arm.note_measured(poses, is_as_planned=run.stop is None and not run.operator_stops)
+        arm.note_measured(poses, late_by(planned.seen, planned.plan))
         if (met := self.arms.why_met(arm, t_start)) is not None:
-            self.n_collisions, item.reason = self.n_collisions + 1, str(met)
+            self.n_collisions += 1
+            item.reason = "; ".join(filter(None, (item.reason, f"{met} as measured")))
         if not goes_on:
-            self.arms.bring_home(arm, t_end + RESET_TIME)
+            self.arms.bring_home(arm, RESET_TIME)
         self._note_outcome(item, world, true)
         world.close()
         self.t = t_start + QUERY_CHARGE
@@ -262,7 +271,9 @@ class _StreamTrial:
         self.queries.note_taking(arm, option.planned)
         seen = option.planned.seen.scene_at(self.t)
         arm.motion = ArmMotion.planned(arm.context.model, plan, seen, self.t)
-        self.at_work.append((item.riding, self.t + times_at_work(plan.segments)[1] + LATE))
+        late = late_by(option.planned.seen, plan)
+        item.t_released = self.t + times_at_work(plan.segments)[1] + late
+        self.at_work.append((item.riding, item.t_released))
 
     def _note_outcome(self, item: OpenItem, world: World, true: ItemStream) -> None:
         """Note where an item is that was attempted, and close it unless it is still on the belt."""
