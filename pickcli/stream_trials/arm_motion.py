@@ -174,7 +174,7 @@ class _MovingGroups:
         return low, maximum_filter1d(high, size, axis=0, mode="nearest")
 
     def reach_within(self, shifts: int, j: int) -> Array:
-        """Return how far, (K,) m, a group gets from where it is, within some samples before and after that."""
+        """Return how far a group gets, (K,) m, from where it is within some samples before and after that."""
         points = self._points[:, j]
         ticks, far = np.arange(len(points)), np.zeros(len(points))
         for shift in range(-shifts, shifts + 1):

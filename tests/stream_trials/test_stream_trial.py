@@ -29,7 +29,7 @@ from pickcli.simulation.scene_bodies import true_masses
 from pickcli.simulation.world import World
 from pickcli.stream_trials import pick_queries, stream_trial
 from pickcli.stream_trials.belt_camera import BeltCamera
-from pickcli.stream_trials.pick_queries import QUERY_CHARGE
+from pickcli.stream_trials.pick_queries import QUERY_CHARGE, PickOption
 from pickcli.stream_trials.pick_schedule import PlannedPick, next_pick
 from pickcli.stream_trials.stream_result import ItemOutcome, StreamTrialResult
 from pickcli.stream_trials.stream_rules import StreamRule
@@ -96,11 +96,11 @@ class Answers:
         return plan_intercept(context, seen, query, *rest)
 
     def _executed(self) -> Callable[..., None]:
-        def execute(trial: Any, item: Any, planned: Any) -> None:
-            self.taken.append(item.riding.id)
-            item.attempts += 1
-            trial.t += planned.plan.trajectory.duration
-            trial._close(item.riding.id, ItemOutcome.DELIVERED)
+        def execute(trial: Any, option: PickOption) -> None:
+            self.taken.append(option.item.riding.id)
+            option.item.attempts += 1
+            trial.t += option.planned.plan.trajectory.duration
+            trial._close(option.item.riding.id, ItemOutcome.DELIVERED)
 
         return execute
 
