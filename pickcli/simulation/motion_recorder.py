@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 LOOK_TIME = 0.02  # s of simulated time between samples
 ITEM_LOOKS = 2  # every how many samples items that are not held are recorded
+SAME_TIME = 1e-6  # s
 SEEN_MOVE = 2e-4  # m or element of a rotation matrix; smaller changes are not recorded
 
 
@@ -56,6 +57,15 @@ class RecordedWorld(Protocol):
     @property
     def held(self) -> str | None:
         """Id of the held item, if the tool knows it."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Sample:
+    """A sample of all arms: s, joints (m,) in rad or m, and Pa of vacuum."""
+
+    t: float
+    joints: Array
+    vacuum: float
 
 
 @dataclass(eq=False)
@@ -145,8 +155,8 @@ class MotionRecorder:
         self._still: dict[str, tuple[float, Array]] = {}  # s and pose of the last sample at rest
         self._n_looks = 0
         self.t_world = 0.0
-        self._meanwhile: deque[tuple[float, Array, float]] = deque()  # later samples of other arms
-        self._others_vacuum = 0.0  # Pa in the cups of other arms that move
+        self._meanwhile: deque[_Sample] = deque()  # later samples, in which other arms move
+        self._passed: _Sample | None = None  # the last of them that is past
         self._mine = np.zeros(0, dtype=np.intp)  # columns of the arm that is recorded
 
     @property
@@ -176,9 +186,12 @@ class MotionRecorder:
         columns = {name: k for k, name in enumerate(self._positions)}
         mine = [columns[name] for name in world.robot.moving_joints if name in columns]
         self._mine = np.array(mine, dtype=np.intp)
-        n, self._others_vacuum = bisect_left(self.times, t), 0.0
+        n, self._passed = bisect_left(self.times, t), None
         if len(mine) < len(columns):  # there are other arms
-            self._meanwhile.extend(zip(self.times[n:], self.joints[n:], self.vacuum[n:], strict=True))
+            later = zip(self.times[n:], self.joints[n:], self.vacuum[n:], strict=True)
+            self._meanwhile.extend(_Sample(*each) for each in later)
+            if n > 0:
+                self._passed = _Sample(self.times[n - 1], self.joints[n - 1], self.vacuum[n - 1])
         del self.times[n:], self.joints[n:], self.vacuum[n:]
         if self.joints:
             self._positions = dict(zip(self._positions, self.joints[-1].tolist(), strict=True))
@@ -214,23 +227,31 @@ class MotionRecorder:
         """Let the arms of earlier worlds move on after the end of the last one."""
         here = np.array(list(self._positions.values()))[self._mine] if len(self._mine) else np.zeros(0)
         while self._meanwhile:
-            t, row, vacuum = self._meanwhile.popleft()
-            if self.times and t <= self.times[-1]:
+            each = self._meanwhile.popleft()
+            if self.times and each.t <= self.times[-1] + SAME_TIME:
                 continue
-            row = row.copy()
+            row = each.joints.copy()
             row[self._mine] = here
-            self.times.append(t)
+            self.times.append(each.t)
             self.joints.append(row)
-            self.vacuum.append(vacuum)
+            self.vacuum.append(each.vacuum)
 
     def _let_others_move(self, t: float) -> None:
-        """Move the other arms on to their last sample before a time (s)."""
-        while self._meanwhile and self._meanwhile[0][0] <= t:
-            _, row, self._others_vacuum = self._meanwhile.popleft()
-            mine = np.array(list(self._positions.values()))[self._mine]
-            row = row.copy()
-            row[self._mine] = mine
-            self._positions = dict(zip(self._positions, row.tolist(), strict=True))
+        """Move the other arms on to a time (s), between their samples before and after it."""
+        while self._meanwhile and self._meanwhile[0].t <= t:
+            self._passed = self._meanwhile.popleft()
+        if (before := self._passed) is None:
+            return
+        after = self._meanwhile[0] if self._meanwhile else before
+        share = (t - before.t) / (after.t - before.t) if after.t > before.t else 0.0
+        row = before.joints + share * (after.joints - before.joints)
+        row[self._mine] = np.array(list(self._positions.values()))[self._mine]
+        self._positions = dict(zip(self._positions, row.tolist(), strict=True))
+
+    @property
+    def _others_vacuum(self) -> float:
+        """Pa below ambient in the cups of other arms that move."""
+        return self._passed.vacuum if self._passed is not None and self._meanwhile else 0.0
 
     def begin(self, plan: Plan | None, world: RecordedWorld) -> RecordedRun:
         """Record the beginning of an execution.

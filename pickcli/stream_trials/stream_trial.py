@@ -227,6 +227,7 @@ class _StreamTrial:
         """Execute a plan in a world with what is truly on the belt, but for what other arms are at."""
         item, arm, planned = option.item, option.arm, option.planned
         true, t_start, context = self._riding(), self.t, arm.context
+        rode, late = item.riding, late_by(planned.seen, planned.plan)
         self._begin(option)
         world, poses = self._world(true, arm), list[tuple[float, Array]]()
         takes = context.method.rests(context.cell.devices, context.settings.release_time).taking
@@ -246,12 +247,14 @@ class _StreamTrial:
         # The arm goes on while what it has dropped still falls.
         self._update_truth(world, t_start + world.t, true, item)
         item.t_end = item.t_next = t_end
+        item.t_released = min(t_start + times_at_work(planned.plan.segments)[1] + late, t_end)
+        self.at_work.append((rode, item.t_released))
         self.t_end = max(self.t_end, t_end)
         item.met = watch.measured(t_start)
         self._count(item, run)
         self.together += self.arms.overlap(t_start, t_end)
         arm.start, arm.free_at = Start(world.q.copy(), world.tool_state), t_end
-        arm.note_measured(poses, late_by(planned.seen, planned.plan))
+        arm.note_measured(poses, late)
         if (met := self.arms.why_met(arm, t_start)) is not None:
             self.n_collisions += 1
             item.reason = "; ".join(filter(None, (item.reason, f"{met} as measured")))
@@ -262,7 +265,7 @@ class _StreamTrial:
         self.t = t_start + QUERY_CHARGE
 
     def _begin(self, option: PickOption) -> None:
-        """Note that an arm is at an item from now on."""
+        """Note what an arm is to do, and with which item."""
         item, arm, plan = option.item, option.arm, option.planned.plan
         item.attempts, item.reason, item.arm = item.attempts + 1, "", arm.context.cell.arm
         item.refusals.clear()
@@ -271,9 +274,6 @@ class _StreamTrial:
         self.queries.note_taking(arm, option.planned)
         seen = option.planned.seen.scene_at(self.t)
         arm.motion = ArmMotion.planned(arm.context.model, plan, seen, self.t)
-        late = late_by(option.planned.seen, plan)
-        item.t_released = self.t + times_at_work(plan.segments)[1] + late
-        self.at_work.append((item.riding, item.t_released))
 
     def _note_outcome(self, item: OpenItem, world: World, true: ItemStream) -> None:
         """Note where an item is that was attempted, and close it unless it is still on the belt."""
