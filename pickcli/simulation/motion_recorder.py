@@ -250,7 +250,7 @@ class MotionRecorder:
 
     @property
     def _others_vacuum(self) -> float:
-        """Pa below ambient in the cups of other arms that move."""
+        """Vacuum (Pa below ambient) in the cups of other arms that move."""
         return self._passed.vacuum if self._passed is not None and self._meanwhile else 0.0
 
     def begin(self, plan: Plan | None, world: RecordedWorld) -> RecordedRun:

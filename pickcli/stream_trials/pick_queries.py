@@ -16,7 +16,7 @@ from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.scene.scene import Scene
 from pickcli.stream_trials.open_item import OpenItem
 from pickcli.stream_trials.pick_schedule import PlannedPick, next_pick
-from pickcli.stream_trials.stream_arms import LATE, StreamArms, TrialArm, destination_of
+from pickcli.stream_trials.stream_arms import LATE, StreamArm, StreamArms, destination_of
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 from pickcli.verification.verify import certifier
 
@@ -89,7 +89,7 @@ class PickOption:
     """
 
     item: OpenItem
-    arm: TrialArm
+    arm: StreamArm
     t: float
     planned: StreamPlan
 
@@ -125,7 +125,7 @@ class PickQueries:
         self.planning_ms: list[float] = []
         self.refusing_ms: list[float] = []
         self._request, self._arms, self._rule = request, arms, request.rule
-        self._took: TrialArm | None = None  # the arm that took the last item
+        self._took: StreamArm | None = None  # the arm that took the last item
         self._least_taking = np.inf  # s from when the arm moves until an item is off the belt
 
     def are_made_in_turn(self, stream: ItemStream) -> bool:
@@ -139,7 +139,7 @@ class PickQueries:
         """
         return self._rule.most_planned == 1 or stream.speed == 0.0
 
-    def note_taking(self, arm: TrialArm, planned: StreamPlan) -> None:
+    def note_taking(self, arm: StreamArm, planned: StreamPlan) -> None:
         """Note which arm carries out a plan, and how long that takes.
 
         Args:
@@ -222,7 +222,7 @@ class PickQueries:
             deadlines = {each.riding.id: look.seconds_left(each.riding.id) - takes for each in items}
         return options[next_pick(picks, deadlines)]
 
-    def _apart(self, arm: TrialArm, seen: ItemStream, scene: Scene, t: float) -> Certify:
+    def _apart(self, arm: StreamArm, seen: ItemStream, scene: Scene, t: float) -> Certify:
         """Return what certifies a plan of an arm from a time (s) on: it is apart from the others, too."""
         certify = certifier(scene)
 
@@ -232,12 +232,12 @@ class PickQueries:
 
         return certified
 
-    def _query(self, item_id: str, t: float, arm: TrialArm) -> InterceptQuery:
+    def _query(self, item_id: str, t: float, arm: StreamArm) -> InterceptQuery:
         """Return the query for an item by an arm from a time (s) on."""
         place = self._rule.meeting_place(arm.context, self._request.stream.carrier)
         return InterceptQuery(item_id, t, destination_of(arm.context.cell), place)
 
-    def _planned(self, believed: ItemStream, item: OpenItem, arm: TrialArm, t: float) -> StreamPlan | None:
+    def _planned(self, believed: ItemStream, item: OpenItem, arm: StreamArm, t: float) -> StreamPlan | None:
         """Plan to take an item with an arm from a time (s) on; let it note why not."""
         context = arm.context
         seen = replace(believed, cell=context.cell)

@@ -2,7 +2,7 @@
 
 Plans are made for one arm in the cell as it sees it, with the others parked. Truly the others rest where they
 brought their last item, or are on their way; so what one arm does is proven apart from what the others do
-(``arm_motion``). Whether they move at the same time is a matter of the trial.
+(``reserved_motion``). Whether they move at the same time is a matter of the trial.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene, empty_scene
 from pickcli.simulation.motion_recorder import joint_positions
-from pickcli.stream_trials.arm_motion import ArmMotion
+from pickcli.stream_trials.reserved_motion import ReservedMotion
 
 LATE = 0.04  # s by which one arm may be late against another, besides what the error of the belt's speed adds
 STRAYING = 0.003  # m by which each arm may be beside its plan, beyond the cell's clearance
@@ -28,25 +28,25 @@ AS_PLANNED = 0.01  # rad or m by which each joint may be off where its plan has 
 
 
 @dataclass(eq=False)
-class TrialArm:
+class StreamArm:
     """One arm of a trial.
 
     Attributes:
         context: The cell as it sees it, its models and its precomputed files.
         start: Where it is at rest, at the end of its last motion.
         free_at: s of the stream from which on it rests, and may move.
-        motion: What it is to do until then, which others keep out of.
+        reserved: What it is to do until then, which others keep out of.
         measured: What it did, until then.
     """
 
     context: PlanningContext
     start: Start
     free_at: float
-    motion: ArmMotion
-    measured: ArmMotion
+    reserved: ReservedMotion
+    measured: ReservedMotion
 
     @classmethod
-    def at_home(cls, context: PlanningContext, home: Start) -> TrialArm:
+    def at_home(cls, context: PlanningContext, home: Start) -> StreamArm:
         """Return an arm that has not moved yet.
 
         Args:
@@ -56,7 +56,7 @@ class TrialArm:
         Returns:
             The arm.
         """
-        rests = ArmMotion.resting(context.model, home.q)
+        rests = ReservedMotion.resting(context.model, home.q)
         return cls(context, home, 0.0, rests, rests)
 
     def rest(self, start: Start, free_at: float) -> None:
@@ -67,7 +67,7 @@ class TrialArm:
             free_at: s of the stream from which on it may move.
         """
         self.start, self.free_at = start, free_at
-        self.motion = self.measured = ArmMotion.resting(self.context.model, start.q)
+        self.reserved = self.measured = ReservedMotion.resting(self.context.model, start.q)
 
     def note_measured(self, poses: Sequence[tuple[float, Array]], late: float) -> None:
         """Note what it did. Others keep out of that if it was not as planned, within some time.
@@ -77,14 +77,14 @@ class TrialArm:
             late: s by which it may have been late, or early.
         """
         times, q = np.array([t for t, _ in poses]), np.array([at for _, at in poses])
-        self.measured = ArmMotion.measured(self.context.model, times, q, self.motion.taken)
-        when = np.arange(times[0], max(self.measured.t_end, self.motion.t_end) + late, 0.01)
-        near = np.stack([self.motion.at(when + off) for off in np.linspace(-late, late, 9)])
+        self.measured = ReservedMotion.measured(self.context.model, times, q, self.reserved.taken)
+        when = np.arange(times[0], max(self.measured.t_end, self.reserved.t_end) + late, 0.01)
+        near = np.stack([self.reserved.at(when + off) for off in np.linspace(-late, late, 9)])
         is_as_planned = (self.measured.at(when) >= near.min(axis=0) - AS_PLANNED) & (
             self.measured.at(when) <= near.max(axis=0) + AS_PLANNED
         )
         if not is_as_planned.all():
-            self.motion = self.measured
+            self.reserved = self.measured
 
 
 class StreamArms:
@@ -101,7 +101,7 @@ class StreamArms:
     def __init__(self, contexts: Sequence[PlanningContext], move_together: bool) -> None:
         self._contexts, self._move_together = tuple(contexts), move_together
         self._into = {context.cell.arm: destination_of(context.cell) for context in contexts}
-        self.all = tuple(TrialArm.at_home(context, self.home(context)) for context in contexts)
+        self.all = tuple(StreamArm.at_home(context, self.home(context)) for context in contexts)
 
     @property
     def destinations(self) -> frozenset[str]:
@@ -117,7 +117,7 @@ class StreamArms:
             found |= joint_positions(context.cell.robot, start.q, start.tool_state)
         return found
 
-    def free(self, t: float) -> tuple[TrialArm, ...]:
+    def free(self, t: float) -> tuple[StreamArm, ...]:
         """Return the arms that may begin to move.
 
         Args:
@@ -173,7 +173,7 @@ class StreamArms:
         )
         return Start(stands.q, stands.tool_state)
 
-    def bring_home(self, arm: TrialArm, takes: float) -> None:
+    def bring_home(self, arm: StreamArm, takes: float) -> None:
         """Let an arm be brought home by hand, once all others rest.
 
         Args:
@@ -185,7 +185,7 @@ class StreamArms:
         for each in self.all:
             each.free_at = max(each.free_at, t)
 
-    def why_not_apart(self, arm: TrialArm, plan: Plan, scene: Scene, t: float, late: float) -> Reason | None:
+    def why_not_apart(self, arm: StreamArm, plan: Plan, scene: Scene, t: float, late: float) -> Reason | None:
         """Explain why a motion of one arm is not proven apart from what the others do.
 
         Args:
@@ -200,15 +200,15 @@ class StreamArms:
         """
         if len(self.all) == 1:
             return None
-        motion, keep = ArmMotion.planned(arm.context.model, plan, scene, t), arm.context.cell.clearance
+        motion, keep = ReservedMotion.planned(arm.context.model, plan, scene, t), arm.context.cell.clearance
         each = (
-            motion.why_not_apart(other.motion, t, keep + 2.0 * STRAYING, late)
+            motion.why_not_apart(other.reserved, t, keep + 2.0 * STRAYING, late)
             for other in self.all
             if other is not arm
         )
         return next((why for why in each if why is not None), None)
 
-    def why_met(self, arm: TrialArm, t: float) -> Reason | None:
+    def why_met(self, arm: StreamArm, t: float) -> Reason | None:
         """Explain why an arm may have met another one in its last motion, as both were measured.
 
         Args:

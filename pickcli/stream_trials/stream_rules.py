@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # the names of the rules are read for every help
     from pickcli.planning.belt_picks.grasp_filtering import FilteredContext
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.scene.item_stream import ItemStream
-    from pickcli.stream_trials.stream_arms import TrialArm
+    from pickcli.stream_trials.stream_arms import StreamArm
 
 
 MOST_PLANNED = 4  # as many as are in a window at once, at gaps of 0.4 m
@@ -83,7 +83,7 @@ class StreamRule(StrEnum):
             return FilteredContext(context)
         return filter_recorded(context, stream, query, seed)
 
-    def in_turn(self, arms: Sequence[TrialArm], last: TrialArm | None) -> tuple[TrialArm, ...]:
+    def in_turn(self, arms: Sequence[StreamArm], last: StreamArm | None) -> tuple[StreamArm, ...]:
         """Order the arms by which of them tries an item first.
 
         Args:

@@ -29,7 +29,6 @@ from pickcli.simulation.execute import OnStep, execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.world import World
-from pickcli.stream_trials.arm_motion import ArmMotion
 from pickcli.stream_trials.belt_perception import BeltPerception
 from pickcli.stream_trials.bounded_perception import perceive_stream
 from pickcli.stream_trials.meeting_watch import MeetingWatch
@@ -42,7 +41,8 @@ from pickcli.stream_trials.pick_queries import (
     StreamPlan,
     late_by,
 )
-from pickcli.stream_trials.stream_arms import StreamArms, TrialArm
+from pickcli.stream_trials.reserved_motion import ReservedMotion
+from pickcli.stream_trials.stream_arms import StreamArm, StreamArms
 from pickcli.stream_trials.stream_result import ItemOutcome, StreamItemResult, StreamTrialResult
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
 
@@ -273,7 +273,7 @@ class _StreamTrial:
         item.cost_bound = plan.statistics.get("transit_cost_bound")
         self.queries.note_taking(arm, option.planned)
         seen = option.planned.seen.scene_at(self.t)
-        arm.motion = ArmMotion.planned(arm.context.model, plan, seen, self.t)
+        arm.reserved = ReservedMotion.planned(arm.context.model, plan, seen, self.t)
 
     def _note_outcome(self, item: OpenItem, world: World, true: ItemStream) -> None:
         """Note where an item is that was attempted, and close it unless it is still on the belt."""
@@ -286,7 +286,7 @@ class _StreamTrial:
         else:
             item.reason = item.reason or "it stayed on the belt"
 
-    def _world(self, true: ItemStream, arm: TrialArm) -> World:
+    def _world(self, true: ItemStream, arm: StreamArm) -> World:
         """Return a world with what is truly on the belt now, and an arm where it is."""
         start, seed = arm.start, derived_seed("items", self.request.seed)
         scene = replace(true.scene_at(self.t), cell=arm.context.cell)

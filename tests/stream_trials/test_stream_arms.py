@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.errors import InputError
 from pickcli.scene.scene import TOTE
-from pickcli.stream_trials.arm_motion import ArmMotion
+from pickcli.stream_trials.reserved_motion import ReservedMotion
 from pickcli.stream_trials.stream_arms import LATE, StreamArms, destination_of
 from support import belt_picks
 from support.pr2_picks import arm_pick, context
@@ -55,7 +55,7 @@ def test_one_at_a_time_is_free_when_all_rest() -> None:
 def test_what_moves_is_kept_out_of_and_nothing_moves_while_an_arm_is_brought_home() -> None:
     arms, pick, other = both(), arm_pick("left"), arm_pick("right")
     left, right = arms.all
-    left.motion = ArmMotion.planned(left.context.model, pick.plan, pick.scene, 0.0)
+    left.reserved = ReservedMotion.planned(left.context.model, pick.plan, pick.scene, 0.0)
     why = arms.why_not_apart(right, other.plan, other.scene, 0.0, LATE)
     assert why is not None and "in the way of the other arm" in str(why)
     assert (
@@ -73,25 +73,25 @@ def test_a_motion_that_was_not_in_the_time_of_its_plan_is_kept_out_of_as_it_was(
 ) -> None:
     arms, pick = both(), arm_pick("left")
     left, trajectory = arms.all[0], pick.plan.trajectory
-    left.motion = planned = ArmMotion.planned(left.context.model, pick.plan, pick.scene, 0.0)
+    left.reserved = planned = ReservedMotion.planned(left.context.model, pick.plan, pick.scene, 0.0)
     times = np.arange(0.0, trajectory.duration + 0.5, 0.001)
     left.note_measured(list(zip(times.tolist(), trajectory.sample(times - behind), strict=True)), LATE)
-    assert left.motion is (planned if is_as_planned else left.measured)
+    assert left.reserved is (planned if is_as_planned else left.measured)
 
 
 def test_a_motion_that_stopped_on_its_way_is_kept_out_of_where_it_stopped() -> None:
     arms, pick = both(), arm_pick("left")
     left, trajectory = arms.all[0], pick.plan.trajectory
-    left.motion = ArmMotion.planned(left.context.model, pick.plan, pick.scene, 0.0)
+    left.reserved = ReservedMotion.planned(left.context.model, pick.plan, pick.scene, 0.0)
     times = np.arange(0.0, trajectory.duration / 2, 0.001)
     left.note_measured(list(zip(times.tolist(), trajectory.sample(times), strict=True)), LATE)
-    assert left.motion is left.measured and left.motion.t_end == times[-1]
+    assert left.reserved is left.measured and left.reserved.t_end == times[-1]
 
 
 def test_arms_that_met_as_they_were_measured_are_told() -> None:
     arms, picks = both(), (arm_pick("left"), arm_pick("right"))
     for arm, pick in zip(arms.all, picks, strict=True):
-        arm.motion = ArmMotion.planned(arm.context.model, pick.plan, pick.scene, 0.0)
+        arm.reserved = ReservedMotion.planned(arm.context.model, pick.plan, pick.scene, 0.0)
         times = np.arange(0.0, pick.plan.trajectory.duration + 0.1, 0.01)
         arm.note_measured(list(zip(times.tolist(), pick.plan.trajectory.sample(times), strict=True)), LATE)
     why = arms.why_met(arms.all[1], 0.0)

@@ -1,4 +1,4 @@
-"""What an arm does in the time of a stream, and the proof that two arms keep apart.
+"""What an arm is to do in the time of a stream, and the proof that two arms keep apart.
 
 Every link is covered by spheres, as for collision checks, and so is what the arm takes. They are followed
 through samples of the motion, in a few groups for each link: between two samples a sphere is within half of
@@ -34,8 +34,8 @@ _SIDES = np.array(list(product((0.0, 1.0), repeat=3)))
 
 
 @dataclass(frozen=True, eq=False)
-class ArmMotion:
-    """What an arm does in the time of a stream.
+class ReservedMotion:
+    """What an arm is to do in the time of a stream, or did.
 
     Attributes:
         model: Collision model of the arm.
@@ -50,7 +50,7 @@ class ArmMotion:
     taken: Cover | None = None
 
     @classmethod
-    def resting(cls, model: CollisionModel, q: Array) -> ArmMotion:
+    def resting(cls, model: CollisionModel, q: Array) -> ReservedMotion:
         """Describe an arm that rests.
 
         Args:
@@ -63,7 +63,7 @@ class ArmMotion:
         return cls(model, lambda times: np.repeat(q[None], len(times), axis=0), 0.0)
 
     @classmethod
-    def planned(cls, model: CollisionModel, plan: Plan, scene: Scene, t: float) -> ArmMotion:
+    def planned(cls, model: CollisionModel, plan: Plan, scene: Scene, t: float) -> ReservedMotion:
         """Describe the motion of a plan, before and after which the arm rests.
 
         Args:
@@ -80,7 +80,7 @@ class ArmMotion:
         return cls(model, lambda times: trajectory.sample(times - t), t + trajectory.duration, taken)
 
     @classmethod
-    def measured(cls, model: CollisionModel, times: Array, q: Array, taken: Cover | None) -> ArmMotion:
+    def measured(cls, model: CollisionModel, times: Array, q: Array, taken: Cover | None) -> ReservedMotion:
         """Describe a motion that was measured, before and after which the arm rests.
 
         Args:
@@ -98,7 +98,7 @@ class ArmMotion:
 
         return cls(model, at, float(times[-1]), taken)
 
-    def why_not_apart(self, other: ArmMotion, t: float, keep: float, late: float) -> Reason | None:
+    def why_not_apart(self, other: ReservedMotion, t: float, keep: float, late: float) -> Reason | None:
         """Explain why two arms are not proven apart, from a time on until both rest.
 
         Args:

@@ -17,7 +17,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
 from pickcli.stream_trials import pick_queries, stream_trial
-from pickcli.stream_trials.arm_motion import ArmMotion
+from pickcli.stream_trials.reserved_motion import ReservedMotion
 from pickcli.stream_trials.stream_arms import LATE
 from pickcli.stream_trials.stream_trial import play_stream
 from pickcli.stream_trials.stream_trial_request import StreamTrialRequest
@@ -67,9 +67,9 @@ def distance(q_left: Array, q_right: Array) -> float:
 
 
 @cache
-def motion(arm: str, t: float) -> ArmMotion:
+def motion(arm: str, t: float) -> ReservedMotion:
     pick = arm_pick(arm)
-    return ArmMotion.planned(context(arm).model, pick.plan, pick.scene, t)
+    return ReservedMotion.planned(context(arm).model, pick.plan, pick.scene, t)
 
 
 def test_what_is_proven_apart_is_apart_at_every_moment_and_if_one_is_late() -> None:
@@ -108,15 +108,15 @@ def test_a_measured_motion_is_that_of_its_plan_if_it_was_followed() -> None:
     plan, model = arm_pick("right").plan, context("right").model
     times = np.arange(0.0, plan.trajectory.duration, 1e-3)
     planned = motion("right", 2.0)
-    followed = ArmMotion.measured(model, 2.0 + times, plan.trajectory.sample(times), planned.taken)
+    followed = ReservedMotion.measured(model, 2.0 + times, plan.trajectory.sample(times), planned.taken)
     when = np.linspace(1.0, 2.0 + plan.trajectory.duration + 1.0, 300)
     assert followed.at(when) == pytest.approx(planned.at(when), abs=1e-4)
     assert followed.t_end == pytest.approx(planned.t_end, abs=2e-3)
 
 
 def test_arms_at_rest_are_apart_and_one_on_the_other_is_not() -> None:
-    def rests(arm: str, q: Array, model: CollisionModel | None = None) -> ArmMotion:
-        return ArmMotion.resting(model or context(arm).model, q)
+    def rests(arm: str, q: Array, model: CollisionModel | None = None) -> ReservedMotion:
+        return ReservedMotion.resting(model or context(arm).model, q)
 
     left, right = rests("left", home("left").q), rests("right", home("right").q)
     assert right.why_not_apart(left, 3.0, KEEP, LATE) is None
