@@ -20,8 +20,10 @@ from pickcli.commission.commission_arm import (
 )
 from pickcli.commission.commission_result import ActionError
 from pickcli.errors import NoPlanError
-from pickcli.hand.arm_handling import ArmHandling, HandStoppedError
+from pickcli.hand.arm_handling import ArmGrasp, ArmHandling, HandStoppedError
 from pickcli.hand.arm_world import ArmWorld
+from pickcli.hand.cluster import Cluster
+from pickcli.hand.grasp_trial import GraspEnd
 from pickcli.hand.pre_grasp_envelope import object_envelopes
 from pickcli.hand.pre_grasps import FRICTION_SPREAD
 from pickcli.planning.start_state import Start
@@ -48,7 +50,7 @@ class BeltsArm(CommissionArm):
         return world
 
     def transfer(self, name: str) -> CommissionTransfer:
-        """Take an item from the load to its place on the pallet.
+        """Take an item from the load to its place on the pallet; of a cluster, whichever the hand gets.
 
         Args:
             name: Id of the item.
@@ -59,36 +61,58 @@ class BeltsArm(CommissionArm):
         Raises:
             ActionError: There is no certified plan to it, and the arm did not move.
         """
-        hand, world, seen = self.station.hand, self._there(), self._looked()
-        assert hand is not None
+        world, seen = self._there(), self._looked()
         if not self.is_on_load(name):
             raise ActionError(f"{name} is not on the load")
         world.wait(QUERY_CHARGE)
-        placed, n_before = seen.find(name), len(self._handling.stages)
+        cluster, n_before = Cluster.around(seen, name), len(self._handling.stages)
         try:
-            self._handling.prepare(placed.item.shape)
-            self._handling.approach(seen, object_envelopes(hand, placed.item.shape), placed.T_world_item)
+            grasp = self._grasped(seen, cluster)
+            name = self._stand_in(name, grasp)
+            trouble = self._tried(lambda: self._set_down(name, grasp), cluster.names)
         except NoPlanError as error:
             raise ActionError(str(error)) from None
-        trouble = self._tried(lambda: self._taken(name, placed.item.name), (name,))
+        except HandStoppedError as error:
+            trouble = self._stopped(str(error), cluster.names)
         trouble = self._tried(self._to_home, ()) or trouble
         self._note()
         world.wait(SETTLING)
         stages = tuple((str(s.name), s.end - s.start) for s in self._handling.stages[n_before:])
-        return CommissionTransfer(self.item_off(name) if self._has(name) else None, trouble, stages)
+        return CommissionTransfer(name, self.item_off(name) if self._has(name) else None, trouble, stages)
 
     def go_home(self) -> None:
         """Do nothing: the arm comes home after every item."""
 
-    def _taken(self, name: str, product: str) -> str:
-        """Grasp an item and set it down; returns what went wrong."""
-        hand, handling = self.station.hand, self._handling
+    def _grasped(self, seen: Scene, cluster: Cluster) -> ArmGrasp:
+        """Grasp the only item of a cluster, or one of several without singling it out."""
+        hand, handling, first = self.station.hand, self._handling, seen.find(cluster.names[0])
         assert hand is not None
-        grasp = handling.grasp(hand.objects[product], (name,))
+        kind, shape = hand.objects[first.item.name], first.item.shape
+        if len(cluster.names) > 1:
+            return handling.grasp_cluster(seen, cluster, kind)
+        handling.prepare(shape)
+        handling.approach(seen, object_envelopes(hand, shape), first.T_world_item)
+        return handling.grasp(kind, cluster.names)
+
+    def _stand_in(self, name: str, grasp: ArmGrasp) -> str:
+        """Exchange the places of an item and of the one that was taken from its cluster; returns that one."""
+        if len(grasp.held) != 1:
+            return name
+        (held,) = grasp.held
+        places = self._placements
+        places[name], places[held] = places[held], places[name]
+        return held
+
+    def _set_down(self, name: str, grasp: ArmGrasp) -> str:
+        """Set down what was grasped: an item in its place; returns what went wrong."""
+        handling = self._handling
+        if grasp.end is GraspEnd.STOPPED:
+            raise HandStoppedError(str(grasp.end))
         if not grasp.held:
-            if grasp.stages[-1].ended_by == "torque threshold":
-                raise HandStoppedError(str(grasp.end))
             handling.leave()
+            return str(grasp.end)
+        if len(grasp.held) > 1:
+            handling.put_back()
             return str(grasp.end)
         self.look()
         seen, station = self._looked(), self.station
@@ -114,16 +138,26 @@ class BeltsArm(CommissionArm):
 
     def _tried(self, act: Callable[[], str], held: Sequence[str]) -> str:
         """Act; if that is stopped or has no plan, bring the arm home by hand. Returns what went wrong."""
-        world = self._handling.world
         try:
             return act()
         except NoPlanError as error:
             why = str(error)
+            self._bring_home(held)
+            return why
         except HandStoppedError as error:
-            why, self.n_stops = str(error), self.n_stops + 1
+            return self._stopped(str(error), held)
+
+    def _stopped(self, why: str, held: Sequence[str]) -> str:
+        """Bring the arm home by hand after a stop; returns why it stopped."""
+        self.n_stops += 1
+        self._bring_home(held)
+        return why
+
+    def _bring_home(self, held: Sequence[str]) -> None:
+        """Bring the arm home by hand, without what it may hold."""
+        world = self._handling.world
         world.reset(self._home.q, [name for name in held if self._is_off_support(name)])
         world.wait(RESET_TIME)
-        return why
 
     def _is_off_support(self, name: str) -> bool:
         """Whether an item is in the hand, or has fallen off load and pallet."""

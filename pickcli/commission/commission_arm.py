@@ -50,11 +50,13 @@ class CommissionTransfer:
     """What came of one motion that was to put an item on the pallet.
 
     Attributes:
+        item: Id of the item that was to be put there, or that was taken from its cluster instead.
         set_down: How far it is from its place afterwards; None if it was taken away by hand.
         trouble: What went wrong on the way; "" if nothing did.
         segments: Kind of each segment of the plan, and the s that it takes.
     """
 
+    item: str
     set_down: SetDownDeviation | None
     trouble: str
     segments: tuple[tuple[str, float], ...]
@@ -252,7 +254,7 @@ class CommissionArm:
         plan, trouble = self._moved(planned)  # whose end, from the fingers' opening on, lets the item settle
         off = self.item_off(name) if self._has(name) else None
         parts = tuple((str(each.kind), each.t_end - each.t_start) for each in plan.segments)
-        return CommissionTransfer(off, trouble, parts)
+        return CommissionTransfer(name, off, trouble, parts)
 
     def go_home(self) -> None:
         """Move home; by way of a configuration over the pallet if there is no certified direct way.

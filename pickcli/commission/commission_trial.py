@@ -300,10 +300,12 @@ class _CommissionTrial:
         """Put the chosen item on the pallet."""
         if not self.at_load:
             raise ActionError("the truck does not stand at the load")
-        name, tried = self.chosen, self._chosen()
+        self._chosen()
         if any(each.attempts for each in self.tried.values()):
             self.arm.look()  # what was seen before has changed
-        done = self.arm.transfer(name)
+        done = self.arm.transfer(self.chosen)
+        self.chosen = name = done.item
+        tried = self.tried[name]
         tried.attempts += 1
         tried.set_down = done.set_down
         if done.set_down is not None and done.set_down.is_in_place:

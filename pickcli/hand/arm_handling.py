@@ -14,22 +14,27 @@ import numpy as np
 from pickcli.cell.shapes import Body, Shape
 from pickcli.geometry import Array, pose, rotation_from_vector
 from pickcli.grasping.envelope import Envelope
+from pickcli.hand.arm_impedance import wrist_position
 from pickcli.hand.arm_motions import (
+    CLUSTER_BACK,
     HELD_MARGIN,
     RAISED,
     ArmMotion,
     HandLoad,
     HeldObject,
     plan_home,
+    plan_to_cluster,
     plan_to_place,
     plan_to_pre_grasp,
 )
 from pickcli.hand.arm_world import ArmWorld
 from pickcli.hand.belt_hand import GraspObject
-from pickcli.hand.grasp_execution import GraspExecution
+from pickcli.hand.cluster import Cluster
 from pickcli.hand.grasp_trial import LIFTED, GraspEnd, HandWatch, is_enveloped, judged
+from pickcli.hand.guarded_grasp import GuardedGrasp
 from pickcli.hand.place_execution import PlaceExecution
 from pickcli.hand.pre_grasp_envelope import aperture
+from pickcli.hand.pre_grasps import APPROACH_SPEED
 from pickcli.hand.staged_execution import GraspStage, StagedExecution
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
@@ -37,6 +42,7 @@ from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.plan_record import PlanRecord
 from pickcli.simulation.plan_run import PlanRun
 
+OVER = 0.03  # m over the others of a cluster, to which one of it is lifted
 REACHING_DOWN = 0.025  # m that what is held is lowered beyond where it should stand
 STAYING = 2.0  # A of the closing motor, with which open fingers stay where they are while the arm moves
 
@@ -89,6 +95,7 @@ class ArmHandling:
         self.motions: list[ArmMotion] = []
         self.records: list[PlanRecord] = []
         self.stages: list[GraspStage] = []
+        self._lifted = 0.0  # m by the last grasp
         world.hand.motor.set_point = STAYING
 
     def approach(self, seen: Scene, envelopes: Sequence[Envelope], T_world_object: Array) -> None:
@@ -119,14 +126,20 @@ class ArmHandling:
         Returns:
             What it came to.
         """
+        return self._grasped(kind, reached_for, self.world.hand.hand.control.lift, GuardedGrasp.grasp)
+
+    def _grasped(
+        self, kind: GraspObject, reached_for: Sequence[str], lift: float, act: Callable[[GuardedGrasp], None]
+    ) -> ArmGrasp:
+        """Let the hand act while it may touch some items, and judge what it lifted."""
         world = self.world
         world.reach_for(frozenset(reached_for))
         before = {name: float(world.pose(name)[2, 3]) for name in reached_for}
         world.arm.comply()
         watch = HandWatch(world)
-        execution = GraspExecution(world, kind, watch)
-        execution.grasp()
-        rise = LIFTED * world.hand.hand.control.lift
+        execution = GuardedGrasp(world, kind, watch, lift)
+        act(execution)
+        rise, self._lifted = LIFTED * lift, lift
         held = tuple(name for name in reached_for if float(world.pose(name)[2, 3]) - before[name] > rise)
         world.arm.follow()
         if not execution.is_stopped:
@@ -135,6 +148,29 @@ class ArmHandling:
         end = GraspEnd.STOPPED if execution.is_stopped else judged(held, watch)
         around = len(held) == 1 and is_enveloped(world, kind, held[0])
         return ArmGrasp(end, held, around, tuple(execution.stages), watch.most_force)
+
+    def grasp_cluster(self, seen: Scene, cluster: Cluster, kind: GraspObject) -> ArmGrasp:
+        """Open wide, come in until something of a cluster is met, close on one of it, and lift it out.
+
+        Args:
+            seen: The scene as perceived.
+            cluster: The cluster.
+            kind: The object for which currents are set.
+
+        Returns:
+            What it came to.
+
+        Raises:
+            NoPlanError: There is no certified motion to before the cluster.
+            HandStoppedError: It was stopped on the way.
+        """
+        self._open_to(-self.world.hand.hand.fingers.widest)
+        carried, lift = self._carried(), cluster.height + OVER
+        motion, approach = plan_to_cluster(seen, carried, self.world.q, cluster, lift, self._next_seed())
+        self._run(motion)
+        goal = wrist_position(approach.T_world_hand)
+        seconds = CLUSTER_BACK / APPROACH_SPEED
+        return self._grasped(kind, cluster.names, lift, lambda execution: execution.run(goal, seconds))
 
     def transfer(self, seen: Scene, names: Sequence[str], T_world_item: Array) -> None:
         """Bring what is held to just over a place.
@@ -166,7 +202,7 @@ class ArmHandling:
 
     def put_back(self) -> None:
         """Lower what is held to where it was lifted from, let go and back off. Raises HandStoppedError."""
-        self._place(self.world.hand.hand.control.lift + REACHING_DOWN)
+        self._place(self._lifted + REACHING_DOWN)
 
     def _place(self, deepest: float) -> None:
         execution = PlaceExecution(self.world)
@@ -197,8 +233,11 @@ class ArmHandling:
         Args:
             shape: Shape of the object.
         """
+        self._open_to(aperture(self.world.hand.hand, shape))
+
+    def _open_to(self, angle: float) -> None:
         execution = PlaceExecution(self.world)
-        self._carry_out(execution, lambda: execution.open_to(aperture(self.world.hand.hand, shape)))
+        self._carry_out(execution, lambda: execution.open_to(angle))
 
     def _seen_in_hand(self, name: str) -> Array:
         """Return the pose (4, 4) of an item in the hand as the palm's camera sees it, with errors."""

@@ -27,6 +27,8 @@ class ArmImpedance:
         is_level_soft: Whether it is soft in the horizontal plane.
         stretched: (6,) N and Nm with which spring and damper act on the hand, along and about the axes of the
             world, in the last step.
+        measured: (6,) m and rad, as ``wanted``, in the last step.
+        felt: (3,) N with which something pushes the hand, estimated from encoders and torques.
     """
 
     wrist: Wrist
@@ -34,6 +36,8 @@ class ArmImpedance:
     wanted: Array = field(default_factory=lambda: np.zeros(6))
     is_level_soft: bool = False
     stretched: Array = field(default_factory=lambda: np.zeros(6))
+    measured: Array = field(default_factory=lambda: np.zeros(6))
+    felt: Array = field(default_factory=lambda: np.zeros(3))
 
     def hold(self, T_world_hand: Array) -> None:
         """Want a pose from now on, stiff in all directions.
@@ -41,7 +45,8 @@ class ArmImpedance:
         Args:
             T_world_hand: (4, 4).
         """
-        self.wanted = np.concatenate([T_world_hand[:3, 3], to_rpy(T_world_hand[:3, :3])[::-1]])
+        self.wanted = wrist_position(T_world_hand)
+        self.measured = self.wanted.copy()
         self.is_level_soft = False
 
     def efforts(self, T_world_hand: Array, jacobian: Array, dq: Array, gravity: Array) -> Array:
@@ -64,6 +69,7 @@ class ArmImpedance:
         turn = rotation_vector(rotation_rpy(roll, pitch, yaw) @ T_world_hand[:3, :3].T)
         off = np.concatenate([self.wanted[:3] - T_world_hand[:3, 3], turn])
         self.stretched = K * off - D * (jacobian @ dq)
+        self.measured = wrist_position(T_world_hand)
         idle = dq - np.linalg.pinv(jacobian) @ (jacobian @ dq)
         return np.asarray(jacobian.T @ self.stretched - IDLE_DAMPING * idle + gravity)
 
@@ -77,3 +83,15 @@ class ArmImpedance:
     def lifting(self) -> float:
         """N upwards with which it bears what the hand holds."""
         return float(self.stretched[2])
+
+
+def wrist_position(T_world_hand: Array) -> Array:
+    """Return a pose as the position of a wrist.
+
+    Args:
+        T_world_hand: (4, 4).
+
+    Returns:
+        (6,) m and rad: x, y, z, yaw, pitch, roll.
+    """
+    return np.concatenate([T_world_hand[:3, 3], to_rpy(T_world_hand[:3, :3])[::-1]])

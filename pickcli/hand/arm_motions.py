@@ -21,6 +21,7 @@ from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array, inverse, length, levelled, pose, rotation_axis_angle
 from pickcli.grasping.envelope import Envelope
 from pickcli.hand.belt_hand import BeltHand
+from pickcli.hand.cluster import Cluster, ClusterApproach
 from pickcli.hand.mounted_hand import flange_to_hand, with_hand
 from pickcli.hand.place_execution import BACKED, LET_GO, PAST
 from pickcli.motion.plan import Plan
@@ -40,6 +41,10 @@ FROM_LIMITS = 0.08  # rad that joints keep from their limits where the arm is co
 TURNS = 24  # directions of the hand that are tried at a place
 ASKEW = np.array([-0.4, -0.2, 0.2, 0.4])  # rad by which a box may stand turned where it has no room otherwise
 SEEDS = 6  # of inverse kinematics, for each
+CLUSTER_BACK = 0.12  # m before where the hand closes, from which on it feels its way to a cluster
+NEARLY_AS_FREE = (
+    0.8  # share of the overhang of the best approach that is free, from which on another is as good
+)
 HELD_MARGIN = 0.003  # m by which what is held is grown: it may shift in the fingers
 RAISED = 0.015  # m over a place to which what is held is brought by a plan
 
@@ -125,6 +130,52 @@ def plan_to_pre_grasp(
         else:
             failures += why
     return motion.certified("pre-grasp", lines, SegmentKind.PREAPPROACH, failures)
+
+
+def plan_to_cluster(
+    scene: Scene, carried: HandLoad, q: Array, cluster: Cluster, lift: float, seed: int
+) -> tuple[ArmMotion, ClusterApproach]:
+    """Plan to before a cluster, from where the level way to it, and up from there, meets nothing else.
+
+    Args:
+        scene: The scene as perceived.
+        carried: The open hand.
+        q: (n,) rad of the arm at rest.
+        cluster: The cluster.
+        lift: m upwards from where the hand closes.
+        seed: Seed of all random choices.
+
+    Returns:
+        The motion, and the approach that goes on from its end.
+
+    Raises:
+        NoPlanError: No pose before the cluster is reached, or no motion leads there that is certified; with
+            the reasons.
+    """
+    motion = _Motion.of(scene, carried, q, seed)
+    others = replace(scene, items=tuple(each for each in scene.items if each.id not in cluster.names))
+    through = _Motion.of(others, carried, q, seed)
+    failures, starts, found = Failures(), list[Array](), list[ClusterApproach]()
+    for approach in cluster.approaches(carried.hand):
+        if found and approach.overhang < NEARLY_AS_FREE * found[0].overhang:
+            break
+        T = approach.T_world_hand
+        before = shifted(T, -CLUSTER_BACK * T[:3, 0])
+        ways = CLUSTER_BACK * T[:3, 0], np.array([0.0, 0.0, lift])
+        for start in motion.configurations([before @ inverse(flange_to_hand(carried.hand))]):
+            why = through.why_not_along(start, ways)
+            if why is None:
+                starts.append(start)
+                found.append(approach)
+                break
+            failures += why
+    if not found:
+        failures += Reason("no free pose before the cluster", "cluster")
+    ends = [start[None] for start in starts[:MOST_GOALS]]
+    planned = motion.certified("cluster", ends, SegmentKind.TRANSIT, failures)
+    (q_end,) = planned.plan.trajectory.sample(np.array([planned.plan.trajectory.duration]))
+    off = [np.abs(start - q_end).max() for start in starts]
+    return planned, found[int(np.argmin(off))]
 
 
 def plan_to_place(scene: Scene, carried: HandLoad, q: Array, held: HeldObject, seed: int) -> ArmMotion:
@@ -222,6 +273,18 @@ class _Motion:
             return down
         back = self.line_back(down[-1])
         return back if isinstance(back, Failures) else self.why_near_limits(back)
+
+    def why_not_along(self, q: Array, ways: Sequence[Array]) -> Failures | None:
+        """Tell why straight ways (3,) m of the hand, one after the other, are not free."""
+        arm = self.context.arm
+        for way in ways:
+            T = arm.tip(q, self.state)
+            line = follow_line(arm, self.checker, T, shifted(T, way), self.state, q, "way to the cluster")
+            why = line if isinstance(line, Failures) else self.why_near_limits(line)
+            if why is not None:
+                return why
+            q = np.asarray(line)[-1]
+        return None
 
     def why_near_limits(self, Q: Array) -> Failures | None:
         """Tell which joint comes so near to a limit (N, n) that a compliant arm might reach it."""

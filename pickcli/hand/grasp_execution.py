@@ -24,13 +24,18 @@ class GraspExecution(StagedExecution):
         world: The world.
         kind: The object for which currents are set.
         on_step: Called after every step.
+        lift: m that it lifts; by default as the hand's file says.
     """
 
     def __init__(
-        self, world: HandWorld, kind: GraspObject, on_step: Callable[[], None] = lambda: None
+        self,
+        world: HandWorld,
+        kind: GraspObject,
+        on_step: Callable[[], None] = lambda: None,
+        lift: float | None = None,
     ) -> None:
         super().__init__(world, on_step)
-        self._kind = kind
+        self._kind, self._height = kind, self.control.lift if lift is None else lift
 
     def grasp(self) -> None:
         """Grasp from where the open hand is, and lift, until the end or a stop."""
@@ -87,7 +92,7 @@ class GraspExecution(StagedExecution):
         return "time"
 
     def _lift(self) -> str:
-        goal = self.hand.wrist.wanted + np.array([0.0, 0.0, self.control.lift, 0.0, 0.0, 0.0])
-        self.move(goal, self.control.lift_time)
+        goal = self.hand.wrist.wanted + np.array([0.0, 0.0, self._height, 0.0, 0.0, 0.0])
+        self.move(goal, self.control.lift_time * self._height / self.control.lift)
         self.wait(self.control.hold)
         return "arrived"

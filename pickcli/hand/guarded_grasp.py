@@ -14,8 +14,7 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import GraspObject
 from pickcli.hand.grasp_execution import GraspExecution
-from pickcli.hand.grasp_world import GraspWorld
-from pickcli.hand.staged_execution import SETTLED, StageName
+from pickcli.hand.staged_execution import SETTLED, HandWorld, StageName
 
 MET = 1.0  # N in the horizontal plane: the hand has met an object
 LIES = 1.0  # N upwards before the approach: the hand lies on something
@@ -34,13 +33,18 @@ class GuardedGrasp(GraspExecution):
         world: The world.
         kind: The object for which currents are set.
         on_step: Called after every step.
+        lift: m that it lifts; by default as the hand's file says.
     """
 
     def __init__(
-        self, world: GraspWorld, kind: GraspObject, on_step: Callable[[], None] = lambda: None
+        self,
+        world: HandWorld,
+        kind: GraspObject,
+        on_step: Callable[[], None] = lambda: None,
+        lift: float | None = None,
     ) -> None:
-        super().__init__(world, kind, on_step)
-        self._wrist = world.wrist
+        super().__init__(world, kind, on_step, lift)
+        self._wrist = world.hand.wrist
 
     def run(self, pre_grasp: Array, seconds: float) -> None:
         """Approach, grasp and lift, until the end or a stop.

@@ -16,6 +16,7 @@ from pickcli.cell.robots.urdf_writer import add_joint
 from pickcli.geometry import Array
 from pickcli.hand.arm_impedance import ArmImpedance
 from pickcli.hand.belt_hand import BeltHand
+from pickcli.hand.force_observer import ForceObserver
 from pickcli.hand.hand_urdf import FINGER_JOINTS, HINGES, PALM, add_fingers, add_solid, palm_body
 from pickcli.hand.mounted_hand import flange_to_hand
 from pickcli.kinematics.arm import Arm
@@ -54,6 +55,7 @@ class HandArm:
         found = engine.joints(ROBOT)
         self.joints = [found[name] for name in robot.joint_names]
         self._all = list(found.values())
+        self._own = [self._all.index(joint) for joint in self.joints]  # rows of the arm's among all
         engine.reset_joints(ROBOT, dict(zip(self.joints, q.tolist(), strict=True)))
         servo, forces = Servo(), np.array([robot.motor_forces[name] for name in robot.joint_names])
         self._drives = Drives(servo, robot.joint_names, robot.limits, forces, engine.time_step)
@@ -63,6 +65,8 @@ class HandArm:
         self.is_compliant = False
         self.command = self.q = q.copy()
         self._torques = np.zeros(len(q))
+        self._observer = ForceObserver(len(q))
+        self._M = self._mass_matrix()
         self._let_pass(cell)
 
     @property
@@ -75,6 +79,7 @@ class HandArm:
         self.is_compliant = True
         self._engine.release_joints(ROBOT, self.joints)
         self.impedance.hold(self.T_world_hand)
+        self._observer, self._M = ForceObserver(len(self.joints)), self._mass_matrix()
 
     def follow(self) -> None:
         """Follow set points from now on, at first where the arm is."""
@@ -100,14 +105,29 @@ class HandArm:
             return
         q, _ = engine.joint_states(ROBOT, self._all)
         rest = q * 0.0
-        gravity = dict(zip(self._all, engine.inverse_dynamics(ROBOT, q, rest, rest).tolist(), strict=True))
+        gravity = engine.inverse_dynamics(ROBOT, q, rest, rest)[self._own]
         T_flange = self._arm.tip(self.q, self._state)
         T_hand = T_flange @ self._T_flange_hand
         J = self._arm.jacobian(self.q, self._state)
         J[:3] += np.cross(J[3:].T, T_hand[:3, 3] - T_flange[:3, 3]).T
-        dq = engine.joint_velocities(ROBOT, self.joints)
-        bearing = np.array([gravity[joint] for joint in self.joints])
-        engine.exert(ROBOT, self.joints, self.impedance.efforts(T_hand, J, dq, bearing))
+        rates = engine.joint_velocities(ROBOT, self._all)
+        efforts = self.impedance.efforts(T_hand, J, rates[self._own], gravity)
+        engine.exert(ROBOT, self.joints, efforts)
+        self._feel(q, rates, efforts, J)
+
+    def _feel(self, q: Array, rates: Array, efforts: Array, J: Array) -> None:
+        """Estimate what pushes the hand, by all joints (m,), efforts (n,) and the hand's Jacobian (6, n)."""
+        engine, dt, before = self._engine, self._engine.time_step, self._M
+        self._M = self._mass_matrix()
+        at_speed = engine.inverse_dynamics(ROBOT, q, rates, q * 0.0)[self._own]
+        known = efforts - at_speed + (self._M - before) @ rates / dt
+        self._observer.advance(self._M @ rates, known, dt)
+        self.impedance.felt = (np.linalg.pinv(J.T) @ self._observer.force)[:3]
+
+    def _mass_matrix(self) -> Array:
+        """(n, m) rows of the arm's joints."""
+        q, _ = self._engine.joint_states(ROBOT, self._all)
+        return self._engine.mass_matrix(ROBOT, q)[self._own]
 
     def _let_pass(self, cell: Cell) -> None:
         """Leave out pairs of links that overlap, or that the cell allows to touch."""

@@ -29,10 +29,16 @@ class HandImpedance(Protocol):
     Attributes:
         wanted: (6,) m and rad of the hand: x, y, z, yaw, pitch, roll.
         is_level_soft: Whether it is soft in the horizontal plane.
+        measured: (6,) m and rad, as ``wanted``, in the last step.
     """
 
     wanted: Array
     is_level_soft: bool
+    measured: Array
+
+    @property
+    def felt(self) -> Array:
+        """Force (3,) in N with which something pushes the hand, estimated from encoders and torques."""
 
     @property
     def is_overloaded(self) -> bool:

@@ -32,7 +32,7 @@ class WristImpedance:
     measured: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        self.measured, self._observer = self.wanted.copy(), ForceObserver(self.mass)
+        self.measured, self._observer = self.wanted.copy(), ForceObserver(3)
 
     @property
     def felt(self) -> Array:
@@ -63,7 +63,7 @@ class WristImpedance:
         D = 2.0 * self.wrist.damping * np.sqrt(K * borne)
         self.stretched = K * (self.wanted - q) - D * dq
         self.measured = q.copy()
-        self._observer.advance(dq[:3], self.stretched[:3], dt)
+        self._observer.advance(self.mass * dq[:3], self.stretched[:3], dt)
         return np.asarray(self.stretched + gravity)
 
     @property

@@ -228,6 +228,18 @@ class Engine(EngineBodies):
         )
         return np.array(torques)
 
+    def mass_matrix(self, name: str, q: Array) -> Array:
+        """Compute the inertia of a robot at its movable joints, by the model in its URDF.
+
+        Args:
+            name: Name of the body.
+            q: (m,) positions.
+
+        Returns:
+            (m, m) kg m^2, kg m or kg.
+        """
+        return np.array(p.calculateMassMatrix(self._ids[name], q.tolist(), physicsClientId=self._client))
+
     def joint_velocities(self, name: str, indices: Sequence[int]) -> Array:
         """Return the velocities of joints.
 

@@ -13,9 +13,9 @@ MASS, DT = 4.0, 2e-3  # kg, s
 
 def felt(push: Array, commanded: Array, seconds: float) -> Array:
     """What a mass at rest feels after a time (s) under a push from outside and the motors' force (N)."""
-    observer, velocity = ForceObserver(MASS), np.zeros(3)
+    observer, velocity = ForceObserver(3), np.zeros(3)
     for _ in range(round(seconds / DT) + 1):
-        observer.advance(velocity, commanded, DT)
+        observer.advance(MASS * velocity, commanded, DT)
         velocity = velocity + (push + commanded) / MASS * DT
     return observer.force
 
