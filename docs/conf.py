@@ -16,7 +16,6 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.viewcode",
     "sphinx_click",
     "api_pages",
 ]
@@ -25,6 +24,7 @@ source_suffix = {".md": "markdown"}
 html_theme = "furo"
 html_title = "apc"
 html_static_path: list[str] = []
+toc_object_entries = False  # every page copies the contents of all others: minutes with classes and methods in them
 pygments_style = "friendly"
 smartquotes = False  # two dashes begin an option
 # Attributes of different classes share a name, such as `n`, and docstrings name them without their class.

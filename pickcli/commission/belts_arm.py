@@ -59,7 +59,7 @@ class BeltsArm(CommissionArm):
             What came of it.
 
         Raises:
-            ActionError: There is no certified plan to it, and the arm did not move.
+            ActionError: There is no certified plan to it, and the arm is where it was or at home.
         """
         world, seen = self._there(), self._looked()
         if not self.is_on_load(name):
@@ -67,21 +67,47 @@ class BeltsArm(CommissionArm):
         world.wait(QUERY_CHARGE)
         cluster, n_before = Cluster.around(seen, name), len(self._handling.stages)
         try:
-            grasp = self._grasped(seen, cluster)
+            grasp = self._grasped_from_here(seen, cluster)
             name = self._stand_in(name, grasp)
             trouble = self._tried(lambda: self._set_down(name, grasp), cluster.names)
         except NoPlanError as error:
+            self._note()
             raise ActionError(str(error)) from None
         except HandStoppedError as error:
             trouble = self._stopped(str(error), cluster.names)
-        trouble = self._tried(self._to_home, ()) or trouble
         self._note()
         world.wait(SETTLING)
         stages = tuple((str(s.name), s.end - s.start) for s in self._handling.stages[n_before:])
         return CommissionTransfer(name, self.item_off(name) if self._has(name) else None, trouble, stages)
 
     def go_home(self) -> None:
-        """Do nothing: the arm comes home after every item."""
+        """Move home.
+
+        Raises:
+            ActionError: There is no certified plan, or the arm was stopped on the way.
+        """
+        if self.is_home:
+            return
+        self.look()
+        try:
+            self._to_home()
+        except NoPlanError as error:
+            raise ActionError(str(error)) from None
+        except HandStoppedError as error:
+            raise ActionError(self._stopped(str(error), ())) from None
+        finally:
+            self._note()
+
+    def _grasped_from_here(self, seen: Scene, cluster: Cluster) -> ArmGrasp:
+        """Grasp from where the arm is, or by way of home if it has no room to open there, or no plan."""
+        if not self.is_home_now:
+            try:
+                if self._handling.has_room_to_open(seen):
+                    return self._grasped(seen, cluster)
+            except NoPlanError:
+                pass
+            self._to_home()
+        return self._grasped(seen, cluster)
 
     def _grasped(self, seen: Scene, cluster: Cluster) -> ArmGrasp:
         """Grasp the only item of a cluster, or one of several without singling it out."""
@@ -125,11 +151,10 @@ class BeltsArm(CommissionArm):
         handling.set_down()
         return ""
 
-    def _to_home(self) -> str:
+    def _to_home(self) -> None:
+        """Move home, if the arm is not there. Raises NoPlanError and HandStoppedError."""
         if not self.is_home_now:
-            self.look()
             self._handling.go_home(self._looked())
-        return ""
 
     @property
     def is_home_now(self) -> bool:

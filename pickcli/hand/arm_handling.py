@@ -22,6 +22,7 @@ from pickcli.hand.arm_motions import (
     ArmMotion,
     HandLoad,
     HeldObject,
+    is_free,
     plan_home,
     plan_to_cluster,
     plan_to_place,
@@ -32,6 +33,7 @@ from pickcli.hand.belt_hand import GraspObject
 from pickcli.hand.cluster import Cluster
 from pickcli.hand.grasp_trial import LIFTED, GraspEnd, HandWatch, is_enveloped, judged
 from pickcli.hand.guarded_grasp import GuardedGrasp
+from pickcli.hand.mounted_hand import open_fingers
 from pickcli.hand.place_execution import PlaceExecution
 from pickcli.hand.pre_grasp_envelope import aperture
 from pickcli.hand.pre_grasps import APPROACH_SPEED
@@ -226,6 +228,18 @@ class ArmHandling:
         execution = PlaceExecution(self.world)
         self._carry_out(execution, execution.leave)
         self.world.reach_for(frozenset())
+
+    def has_room_to_open(self, seen: Scene) -> bool:
+        """Tell whether the hand may open as far as it goes where it is.
+
+        Args:
+            seen: The scene as perceived.
+
+        Returns:
+            Whether it is free then.
+        """
+        hand = self.world.hand.hand
+        return is_free(seen, HandLoad(hand, open_fingers(hand)), self.world.q)
 
     def prepare(self, shape: Shape) -> None:
         """Open the hand where it is to the aperture for an object. Raises HandStoppedError.

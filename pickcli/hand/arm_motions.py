@@ -232,6 +232,20 @@ def plan_home(scene: Scene, carried: HandLoad, q: Array, home: Array, seed: int)
     return motion.certified("home", [home[None]], SegmentKind.TRANSIT, Failures())
 
 
+def is_free(scene: Scene, carried: HandLoad, q: Array) -> bool:
+    """Tell whether an arm stands free with what it carries.
+
+    Args:
+        scene: The scene as perceived.
+        carried: The hand.
+        q: (n,) rad of the arm.
+
+    Returns:
+        Whether it is free.
+    """
+    return bool(_Motion.of(scene, carried, q, 0).checker.are_valid(q[None])[0])
+
+
 @dataclass(frozen=True, eq=False)
 class _Motion:
     """A motion in planning: the arm with what it carries, in a scene, from where it rests."""

@@ -15,7 +15,7 @@ from pickcli.hand.belt_hand import BeltHand
 from pickcli.scene.scene import PlacedItem, Scene
 
 ROOM = 0.03  # m between two objects, of which a finger and its way to close need more
-DIRECTIONS = 36  # that are looked from
+DIRECTIONS = 48  # that are looked from
 BESIDE = 0.1  # m to either side, seen along a direction: what stands there is met by the open fingers
 
 

@@ -93,6 +93,7 @@ class GraspExecution(StagedExecution):
 
     def _lift(self) -> str:
         goal = self.hand.wrist.wanted + np.array([0.0, 0.0, self._height, 0.0, 0.0, 0.0])
-        self.move(goal, self.control.lift_time * self._height / self.control.lift)
+        # As hard an acceleration as over the height of the file.
+        self.move(goal, self.control.lift_time * float(np.sqrt(self._height / self.control.lift)))
         self.wait(self.control.hold)
         return "arrived"

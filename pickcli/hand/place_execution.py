@@ -15,7 +15,7 @@ LOWERING_SPEED = 0.03  # m/s in the mean
 LET_GO = -0.56  # rad of the closing motor, at which pads are clear of cans, and not yet of far neighbours
 PAST = 0.02  # rad by which the motor may come to rest beyond such an angle
 BACKED = 0.12  # m straight back, out of the fingers' reach
-BACKING_TIME = 1.2  # s
+BACKING_TIME = 0.7  # s
 
 
 class PlaceExecution(StagedExecution):

@@ -17,7 +17,6 @@ from pickcli.hand.simulated_hand import SimulatedHand
 
 BLOCKED = 0.2  # share of its speed below which a belt is blocked
 SETTLED = 0.2  # s after a motion in which the arm comes to rest
-OPENING_SPEED = 0.4  # rad/s of the closing motor
 OPENING_TIME = 4.0  # s, after which opening is given up
 
 
@@ -204,7 +203,7 @@ class StagedExecution:
         """
         motor = self.hand.motor
         way = 1.0 if angle > motor.angle else -1.0
-        motor.wanted = way * OPENING_SPEED
+        motor.wanted = way * self.hand.hand.drive.speed
         t_end = self.world.time + OPENING_TIME
         while way * (angle - motor.angle) > 0.0 and self.world.time < t_end:
             self.step()

@@ -36,7 +36,7 @@ def test_the_whole_chain_succeeds_with_the_hand_at_the_arm(two: Path) -> None:
     played = play_commission(CommissionRequest(seed=2), station, PlanningContext(station.cell))
     result = played.result
     assert result.is_success and result.is_clean and result.n_stops == 0, result.steps
-    assert [each.plan.query for each in played.plans] == ["pre-grasp", "transfer", "home"] * 2
+    assert [each.plan.query for each in played.plans] == ["pre-grasp", "transfer"] * 2 + ["home"]
     assert all(verify(each.plan, each.seen).certificate is not None for each in played.plans)
     transfers = [each for each in result.steps if each.action == "transfer_item"]
     stages = [each["kind"] for each in transfers[0].figures["segments"]]
@@ -52,7 +52,27 @@ def test_the_whole_chain_succeeds_with_the_hand_at_the_arm(two: Path) -> None:
     ]
     # The recorder follows the arm and what it carries.
     assert set(played.recorder.items) >= {"coke", "bull"}
-    assert len(played.recorder.runs) == 6
+    assert len(played.recorder.runs) == 5
+
+
+@pytest.mark.slow
+def test_of_a_cluster_whatever_the_hand_gets_takes_the_place_of_what_was_chosen(tmp_path: Path) -> None:
+    def three(data: dict[str, Any]) -> None:
+        few(data, "coke")
+        at = [[0.0, -0.02], [0.0585, -0.02], [0.0292, -0.0707]]
+        data["items"] = [{"product": "coke", "position": each} for each in at]
+        data["apart"] = 0.11
+
+    station = belts_station(written(tmp_path, three))
+    played = play_commission(CommissionRequest(seed=5), station, PlanningContext(station.cell))
+    result = played.result
+    assert result.is_success and result.is_clean and result.n_stops == 0, result.steps
+    grasps = [each.plan.query for each in played.plans if each.plan.query not in ("transfer", "home")]
+    assert grasps == ["cluster", "cluster", "pre-grasp"]  # the last one stands alone
+    assert all(verify(each.plan, each.seen).certificate is not None for each in played.plans)
+    taken = [each.target for each in result.steps if each.action == "transfer_item"]
+    assert sorted(taken) == ["coke", "coke#2", "coke#3"]
+    assert all(each.attempts == 1 and each.is_placed for each in result.items)
 
 
 def test_places_are_of_one_size_and_filled_from_the_front_of_the_load(two: Path) -> None:

@@ -13,6 +13,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array, pose
 from pickcli.hand.arm_handling import ArmGrasp, ArmHandling
 from pickcli.hand.arm_world import ArmWorld
+from pickcli.hand.cluster import Cluster
 from pickcli.hand.grasp_trial import GraspEnd
 from pickcli.hand.pre_grasp_envelope import object_envelopes
 from pickcli.hand.staged_execution import StageName
@@ -26,14 +27,15 @@ NOISE = PoseNoise(0.002, float(np.deg2rad(0.5)))
 
 
 def scene_with(*stand: tuple[str, float, float]) -> Scene:
-    """Products of the commission that ships, on the load."""
+    """Products of the commission that ships, on the load; the second can is can#2."""
     items = {each.item.name: each.item for each in read_commission(SHIPPED).items}
     cell = belts_booth()
     T = cell.carriers["load"].T_world_carrier
-    placed = (
-        PlacedItem(name, items[name], "load", T @ pose((x, y, items[name].shape.extents[2] / 2)))
-        for name, x, y in stand
-    )
+    placed: list[PlacedItem] = []
+    for name, x, y in stand:
+        item, n = items[name], sum(each.item.name == name for each in placed)
+        T_item = T @ pose((x, y, item.shape.extents[2] / 2))
+        placed.append(PlacedItem(f"{name}#{n + 1}" if n else name, item, "load", T_item))
     return Scene(cell, cell.T_world_pod, tuple(placed), PoseNoise())
 
 
@@ -122,5 +124,44 @@ def test_an_object_that_others_stand_close_around_has_no_room_for_the_hand() -> 
     handling.prepare(can.item.shape)
     with pytest.raises(NoPlanError, match="pre-grasp"):
         handling.approach(before, object_envelopes(HAND, can.item.shape), can.T_world_item)
+    assert handling.motions == []
+    handling.world.close()
+
+
+@pytest.mark.slow
+def test_one_can_of_a_cluster_is_lifted_out_and_the_others_stay() -> None:
+    triangle = [(0.0, -0.05), (0.0585, -0.05), (0.0292, 0.0007)]
+    handling = handling_in(scene_with(*(("coke", x, y) for x, y in triangle)))
+    world = handling.world
+    before = seen(handling)
+    cluster = Cluster.around(before, "coke")
+    assert len(cluster.names) == 3
+    grasp = handling.grasp_cluster(before, cluster, HAND.objects["coke"])
+    assert grasp.end is GraspEnd.LIFTED and grasp.is_enveloping
+    (held,) = grasp.held
+    others = [name for name in cluster.names if name != held]
+    lowest = world.pose(held)[2, 3] - cluster.height / 2
+    for name in others:
+        T = world.pose(name)
+        assert T[2, 2] > 0.999 and T[2, 3] == pytest.approx(before.find(name).T_world_item[2, 3], abs=1e-3)
+        assert lowest > T[2, 3] + cluster.height / 2  # clear of them, so that a plan may lead on
+    assert [stage.name for stage in grasp.stages][:2] == [StageName.APPROACH, StageName.CLOSING]
+    place = world.cell.carriers["pallet"].T_world_carrier @ pose((0.3, 0.05, cluster.height / 2))
+    handling.transfer(seen(handling), grasp.held, place)
+    handling.set_down()
+    assert np.hypot(*(world.pose(held) - place)[:2, 3]) < 0.02
+    assert world.collisions == ()
+    assert all(verify(each.plan, each.scene).certificate is not None for each in handling.motions)
+    world.close()
+
+
+@pytest.mark.slow
+def test_a_cluster_behind_walls_is_refused_with_its_reason() -> None:
+    """Boxes stand so close around that the open hand comes in from nowhere."""
+    walls = [("box_50", 0.13 * np.cos(a), 0.13 * np.sin(a)) for a in np.arange(12) * np.pi / 6]
+    handling = handling_in(scene_with(("bull", -0.027, 0.0), ("bull", 0.027, 0.0), *walls))
+    before = seen(handling)
+    with pytest.raises(NoPlanError, match="no free pose before the cluster"):
+        handling.grasp_cluster(before, Cluster.around(before, "bull"), HAND.objects["bull"])
     assert handling.motions == []
     handling.world.close()

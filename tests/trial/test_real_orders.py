@@ -16,7 +16,8 @@ from support.order_builders import parsed_order
 
 TASKS = Path(__file__).parents[2] / "data" / "tasks"
 CELL = load_cell("apc2016_delft")
-STREAMS, COMMISSIONS = ("pr2_belt_moving", "pr2_belt_static"), ("apple_commission", "apple_belts_commission")
+STREAMS = ("pr2_belt_moving", "pr2_belt_static")
+COMMISSIONS = ("apple_commission", "apple_belts_commission", "apple_cluster_commission")
 OTHERS = (*STREAMS, *COMMISSIONS)
 FILES = sorted(path for path in TASKS.glob("*.json") if path.stem not in OTHERS)
 

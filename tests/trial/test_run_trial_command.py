@@ -76,7 +76,9 @@ def test_a_name_beside_its_file_is_told_so(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.chdir(tmp_path)
     assert "did you mean the file 'mine.json'?" in refused(run("mine"))
     assert f"did you mean the file '{tmp_path}/mine.json'?" in refused(run(tmp_path / "mine"))
-    assert "unknown order 'other'; known: apple_belts_commission, apple_commission" in refused(run("other"))
+    assert "unknown order 'other'; known: apple_belts_commission, apple_cluster_commission" in refused(
+        run("other")
+    )
     assert "did you mean 'apple_commission'?" in refused(run("apple_comission"))
 
 

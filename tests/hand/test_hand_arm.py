@@ -1,0 +1,64 @@
+"""An arm with a hand feels what pushes the hand, and nothing of its own motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from pickcli.geometry import Array
+from pickcli.hand.arm_world import ArmWorld
+from pickcli.hand.guarded_grasp import MET
+from pickcli.hand.hand_arm import ROBOT
+from pickcli.hand.hand_urdf import PALM
+from pickcli.hand.staged_execution import SETTLED, StagedExecution
+from pickcli.scene.scene import PoseNoise, Scene
+from support.belt_hands import HAND
+from support.commissions import belts_booth
+
+
+@pytest.fixture
+def world() -> Iterator[ArmWorld]:
+    """The arm at home, compliant."""
+    cell = belts_booth()
+    found = ArmWorld(Scene(cell, cell.T_world_pod, (), PoseNoise()), HAND, cell.home.q, {})
+    found.arm.comply()
+    yield found
+    found.close()
+
+
+def felt_while(world: ArmWorld, way: Array, seconds: float) -> Array:
+    """(K, 3) N that are felt while the hand moves by (6,) m and rad."""
+    felt: list[Array] = []
+    moving = StagedExecution(world, lambda: felt.append(world.arm.impedance.felt))
+    moving.wait(SETTLED)
+    n_before = len(felt)
+    moving.move(world.arm.impedance.wanted + way, seconds)
+    return np.array(felt[n_before:])
+
+
+@pytest.mark.parametrize("way", [(0.0, -0.12, 0.0), (-0.08, 0.0, 0.0), (0.0, 0.0, 0.1)])
+def test_an_approach_through_free_air_feels_nothing(world: ArmWorld, way: tuple[float, ...]) -> None:
+    felt = felt_while(world, np.array([*way, 0.0, 0.0, 0.0]), 1.0)
+    assert np.linalg.norm(felt, axis=1).max() < 0.2 * MET
+    assert world.arm.impedance.measured[:3] == pytest.approx(world.arm.impedance.wanted[:3], abs=1e-3)
+
+
+@pytest.mark.parametrize("push", [(3.0, 0.0, 0.0), (0.0, -2.0, 0.0), (1.0, 1.0, -4.0)])
+def test_a_push_is_felt_in_size_and_direction(world: ArmWorld, push: tuple[float, ...]) -> None:
+    for _ in range(300):
+        world.engine.apply_force(ROBOT, np.array(push), world.engine.pose(ROBOT, PALM)[:3, 3], PALM)
+        world.step()
+    assert world.arm.impedance.felt == pytest.approx(push, abs=0.05)
+
+
+def test_who_begins_to_comply_forgets_what_was_felt_before(world: ArmWorld) -> None:
+    for _ in range(50):
+        world.engine.apply_force(ROBOT, np.array([0.0, 5.0, 0.0]), world.arm.T_world_hand[:3, 3], PALM)
+        world.step()
+    world.arm.follow()
+    world.wait(0.2)
+    world.arm.comply()
+    world.step()
+    assert np.linalg.norm(world.arm.impedance.felt) < 0.2 * MET
