@@ -81,7 +81,7 @@ class BeltsArm(CommissionArm):
         return CommissionTransfer(name, self.item_off(name) if self._has(name) else None, trouble, stages)
 
     def go_home(self) -> None:
-        """Move home.
+        """Move home by a certified plan.
 
         Raises:
             ActionError: There is no certified plan, or the arm was stopped on the way.

@@ -8,6 +8,6 @@ before it. A `staged_execution` is how it acts: `grasp_execution` controls a gra
 one; `pre_grasps` are where grasps start from, and `grasp_figures` sum them up.
 
 On the flange of an arm it is a `mounted_hand` to planner and verifier, and a `hand_arm` with `arm_impedance`
-in an `arm_world`. `arm_motions` are certified plans into a `pre_grasp_envelope`, over a place and home; a
-`place_execution` sets down. `arm_handling` is all of it for an object.
+in an `arm_world`. `arm_motions` are certified plans into a `pre_grasp_envelope`, before a `cluster`, over a
+place and home; a `place_execution` sets down. `arm_handling` is all of it for an object.
 """
