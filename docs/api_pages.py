@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 
 from sphinx.application import Sphinx
+from sphinx.domains.python import ObjectEntry, PythonDomain
+from sphinx.environment import BuildEnvironment
 
 PACKAGE = Path(__file__).parents[1] / "pickcli"
 FOLDER = Path("reference") / "api"
@@ -72,8 +74,31 @@ def prepare(app: Sphinx, what: str, name: str, obj: object, options: object, lin
     lines[:] = out
 
 
+class IndexedPython(PythonDomain):
+    """The domain of Python, which does not search all objects for names such as `float` that none has."""
+
+    def find_obj(
+        self, env: BuildEnvironment, modname: str, classname: str, name: str, type: str, searchmode: int = 0
+    ) -> list[tuple[str, ObjectEntry]]:
+        """Find objects of a name; in mode 1, in any module or class."""
+        last = name.removesuffix("()").rpartition(".")[2]
+        if searchmode == 1 and last not in self._last_names():
+            return []
+        return super().find_obj(env, modname, classname, name, type, searchmode)
+
+    def _last_names(self) -> frozenset[str]:
+        if self._n_indexed != len(self.objects):
+            self._n_indexed = len(self.objects)
+            self._indexed = frozenset(name.rpartition(".")[2] for name in self.objects)
+        return self._indexed
+
+    _n_indexed = -1
+    _indexed: frozenset[str] = frozenset()
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the extension."""
+    app.add_domain(IndexedPython, override=True)
     app.connect("builder-inited", write_pages)
     app.connect("autodoc-process-docstring", prepare, priority=400)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

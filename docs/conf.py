@@ -24,7 +24,9 @@ source_suffix = {".md": "markdown"}
 html_theme = "furo"
 html_title = "apc"
 html_static_path: list[str] = []
-toc_object_entries = False  # every page copies the contents of all others: minutes with classes and methods in them
+toc_object_entries = (
+    False  # every page copies the contents of all others: minutes with classes and methods in them
+)
 pygments_style = "friendly"
 smartquotes = False  # two dashes begin an option
 # Attributes of different classes share a name, such as `n`, and docstrings name them without their class.

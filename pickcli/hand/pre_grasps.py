@@ -9,6 +9,7 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.hand.belt_hand import BeltHand, GraspObject
+from pickcli.hand.cluster import Cluster
 from pickcli.hand.grasp_trial import PreGrasp
 from pickcli.hand.grasp_world import Standing, WorldDeviation
 from pickcli.seeds import derived_rng
@@ -28,9 +29,9 @@ YAW_SPREAD = 0.1  # rad either way, by which a single object stands turned
 
 ROWS = 3  # of a rectangular cluster, and objects in each
 APART = 5e-4  # m between the objects of a cluster
-CORNER_YAW = np.deg2rad((25.0, 65.0))  # rad; a corner of a rectangular cluster faces the hand
-POINT_NOISE = 5e-3  # m, standard deviation of the closest point as perceived, in each direction
-DIRECTION_NOISE = np.deg2rad(2.0)  # rad, of the direction towards it
+CORNER_YAW = np.deg2rad((25.0, 65.0))  # rad by which a rectangular cluster is turned
+POINT_NOISE = 5e-3  # m, standard deviation of where each object of a cluster is seen, in each direction
+DIRECTION_NOISE = np.deg2rad(2.0)  # rad, of the direction of the approach
 
 
 class GraspPoses(StrEnum):
@@ -162,20 +163,20 @@ def _at(hand: BeltHand, kind: GraspObject, offset: Array, deviation: WorldDeviat
 def _before_cluster(
     hand: BeltHand, kind: GraspObject, poses: GraspPoses, rng: np.random.Generator
 ) -> PreGrasp:
-    """Approach the closest point of a cluster, as perceived, along the horizontal vector to it."""
+    """Approach a cluster, as perceived, from where one of its objects stands out the most."""
     apart = kind.width + APART
     if poses is GraspPoses.RECTANGULAR:
         at = rectangular_cluster(apart, float(rng.uniform(*CORNER_YAW)))
     else:
         at = random_cluster(apart, rng)
-    nearest = at[int(at[:, 0].argmin())]
-    point = nearest - np.array([kind.width / 2, 0.0])
-    # The direction to the closest point, from where the hand has seen the cluster.
-    angle = float(rng.normal(0.0, DIRECTION_NOISE))
-    towards = np.array([np.cos(angle), np.sin(angle)])
-    seen = point + rng.normal(0.0, POINT_NOISE, 2)
-    palm = seen - towards * (hand.control.cluster_reach - kind.width / 2)
-    goal = np.array([*palm, HEIGHT * kind.height, angle, 0.0, 0.0])
-    start = goal - np.array([*towards * CLUSTER_BACK, 0.0, 0.0, 0.0, 0.0])
+    seen = at + rng.normal(0.0, POINT_NOISE, at.shape)
+    names = tuple(f"{kind.name} {k + 1}" for k in range(len(at)))
+    middles = np.column_stack([seen, np.full(len(at), HEIGHT * kind.height)])
+    T = Cluster(names, middles, kind.height).approaches(hand)[0].T_world_hand
+    nearest = T @ (hand.control.cluster_reach, 0.0, 0.0, 1.0)
+    yaw = float(np.arctan2(T[1, 0], T[0, 0]) + rng.normal(0.0, DIRECTION_NOISE))
+    towards = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    goal = np.array([*(nearest[:3] - hand.control.cluster_reach * towards), yaw, 0.0, 0.0])
+    start = goal - np.array([*CLUSTER_BACK * towards, 0.0, 0.0, 0.0])
     stand = [Standing(float(x), float(y)) for x, y in at]
     return PreGrasp(stand, start, goal, _deviation(rng), CLUSTER_BACK / APPROACH_SPEED)

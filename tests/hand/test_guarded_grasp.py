@@ -9,10 +9,10 @@ import pytest
 
 from pickcli.geometry import Array
 from pickcli.hand import guarded_grasp
-from pickcli.hand.grasp_trial import GraspEnd, play_grasp
-from pickcli.hand.grasp_world import GraspWorld, Standing
+from pickcli.hand.grasp_trial import GraspEnd, PreGrasp, play_grasp
+from pickcli.hand.grasp_world import GraspWorld, Standing, WorldDeviation
 from pickcli.hand.guarded_grasp import BACKED, LIES, MET, GuardedGrasp
-from pickcli.hand.pre_grasps import GraspPoses, pre_grasps, single_grasp
+from pickcli.hand.pre_grasps import APART, random_cluster, single_grasp
 from pickcli.hand.staged_execution import SETTLED, GraspStage, StageName
 from support.belt_hands import HAND, post
 
@@ -109,7 +109,12 @@ def test_a_steady_push_is_felt_as_the_spring_bears_it() -> None:
 @pytest.mark.slow
 def test_a_hand_that_met_a_neighbour_closes_on_nothing_and_goes_on() -> None:
     kind = HAND.objects["bull"]
-    trial = play_grasp(HAND, kind, pre_grasps(HAND, kind, GraspPoses.RANDOM, 1, 7100)[0])
+    at = random_cluster(kind.width + APART, np.random.default_rng(16))
+    x, y = at[at[:, 0].argmin()]
+    goal = np.array([x - HAND.control.cluster_reach, y, kind.height / 2, 0.0, 0.0, 0.0])
+    stand = [Standing(*each) for each in at.tolist()]
+    start = goal - [0.15, 0.0, 0.0, 0.0, 0.0, 0.0]
+    trial = play_grasp(HAND, kind, PreGrasp(stand, start, goal, WorldDeviation(), 1.25))
     names = [stage.name for stage in trial.stages]
     assert names[:5] == [
         StageName.APPROACH, StageName.CLOSING, StageName.OPENING, StageName.APPROACH, StageName.CLOSING

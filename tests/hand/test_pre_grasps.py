@@ -74,11 +74,12 @@ def test_a_rectangular_cluster_is_turned_as_a_whole() -> None:
     assert distances(straight).min() == pytest.approx(0.06)
 
 
-def test_the_palm_comes_towards_the_closest_point_of_a_cluster() -> None:
-    for grasp in pre_grasps(HAND, COKE, GraspPoses.RECTANGULAR, 10, 0):
+@pytest.mark.parametrize("poses", [GraspPoses.RECTANGULAR, GraspPoses.RANDOM])
+def test_the_palm_comes_towards_the_closest_object_of_a_cluster(poses: GraspPoses) -> None:
+    for grasp in pre_grasps(HAND, COKE, poses, 10, 0):
         at = np.array([(each.x, each.y) for each in grasp.stand])
         assert distances(at).min() == pytest.approx(COKE.width + APART)
-        nearest = at[at[:, 0].argmin()]
-        assert np.linalg.norm(nearest - grasp.goal[:2]) == pytest.approx(HAND.control.cluster_reach, abs=0.02)
         towards = (grasp.goal - grasp.start)[:2]
         assert np.arctan2(towards[1], towards[0]) == pytest.approx(grasp.goal[3])
+        ahead = at[(at @ towards).argmin()]
+        assert np.linalg.norm(ahead - grasp.goal[:2]) == pytest.approx(HAND.control.cluster_reach, abs=0.03)
