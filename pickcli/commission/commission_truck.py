@@ -84,6 +84,7 @@ class CommissionTruck:
             commission.area.truck, commission.area.start, noise, 1, derived_rng("commission drives", seed)
         )
         self._pallet = _really_off(commission.pallet, seed)
+        self._expected = commission.pallet  # where it was seen last, after a first entry
         self.on_forks: Array | None = None
         self.is_raised = False
         self.set_down_at: Array | None = None
@@ -114,12 +115,13 @@ class CommissionTruck:
         if self.on_forks is not None:
             raise ActionError("the forks are in the pallet already")
         self._truck.localise()
-        area, expected = self.station.entering(self.believed), self.station.commission.pallet
+        area, expected = self.station.entering(self.believed), self._expected
         again = any(each.name == ENTRY for each in self.drives)
         plan = _planned(lambda: (plan_entry_anew if again else plan_entry)(area, expected))
         seed = derived_seed("commission looks", self.seed, len(self.drives))
         watch = self._watch_of(ENTRY, area)
         entry = enter_pallet(area, plan, self._pallet, self._truck, seed, watch)
+        self._expected = entry.seen or self._expected
         figures = {"pictures": entry.n_seen, "renewals": entry.n_renewed, "stops": entry.n_stops}
         drive = self._driven(ENTRY, entry.poses, entry.duration, area, figures, watch=watch)
         if entry.has_given_up:

@@ -27,6 +27,7 @@ RUN_UP = 0.4  # m before the pallet, in which the tips go straight already
 LEAST_STRAIGHT = 1.0  # m
 FORK_GAP = 0.02  # m beside and above the forks in the pockets, at least
 BACK_OUT = 1.2  # m that a truck drives away from a pallet before it tries again
+N_AWAY = 60  # poses on that way, at which the forks are to be free of the sides of pockets
 N_ALONG = 8  # points along the side of a fork, at which its distance from a pocket is taken
 LEAST_REST = 0.4  # m of the approach that is left to be changed
 # m that a truck drives straight on out of a pallet, from each of which a way onward is looked for in turn:
@@ -132,8 +133,12 @@ def plan_entry_anew(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
         NoPlanError: There is no way to it, or into it.
     """
     away = SteeringPath(area.truck, area.start, np.array([BACK_OUT]), np.zeros(2))
-    blocked = replace(area, boxes=(*area.boxes, pallet.footprint))
-    if first_encounter(blocked, away, area.margin) is not None:
+    try:
+        # A truck that braked late stands within the margin of the pallet, or with its tips in the pockets.
+        _prove_straight(area, pallet, away, "a drive away from the pallet")
+    except NoPlanError:
+        return plan_entry(area, pallet)
+    if pallet_gap(area, pallet, away.poses_at(np.linspace(0.0, away.length, N_AWAY))) <= 0.0:
         return plan_entry(area, pallet)
     plan = plan_entry(replace(area, start=away.end), pallet)
     path = away.then(plan.path)

@@ -64,6 +64,7 @@ class SimulatedEntry:
         has_given_up: Whether it stayed there, as it did not see the pallet or found no path into it.
         duration: s.
         poses: (T, 3) m, m, rad: true poses of the truck in every period.
+        seen: The pallet where it was seen last, as the truck believed to be; None if it was not.
     """
 
     off: Array
@@ -73,6 +74,7 @@ class SimulatedEntry:
     has_given_up: bool
     duration: float
     poses: Array
+    seen: StatedPallet | None
 
     @property
     def is_within(self) -> bool:
@@ -199,7 +201,7 @@ class _Entry:
             k, n_driven = k + 1, n_driven + (not is_braked)
         return SimulatedEntry(
             self._off(truck), self.n_seen, self.n_renewed, self.n_stops, has_given_up, PERIOD * k,
-            np.array(self.driven_poses),
+            np.array(self.driven_poses), self.seen,
         )  # fmt: skip
 
     def _look(self, controller: TrackingController, truck: NoisyTruck, seed: int) -> None:

@@ -14,7 +14,7 @@ from pickcli.hand.grasp_figures import grasp_as_json, grasp_figures
 from pickcli.hand.grasp_trial import GraspEnd, GraspTrial, PreGrasp, play_grasp
 from pickcli.hand.grasp_world import GraspWorld, Standing, WorldDeviation
 from pickcli.hand.guarded_grasp import GuardedGrasp
-from pickcli.hand.pre_grasps import GraspPoses, pre_grasps, single_grasp
+from pickcli.hand.pre_grasps import APART, single_grasp
 from pickcli.hand.staged_execution import StageName
 from support.belt_hands import HAND, post
 
@@ -95,11 +95,14 @@ def _pulled_in(hand: BeltHand, current: float) -> dict[str, float]:
     return {"way": before[0] - after[0], "hinges": after[1]}
 
 
-@pytest.mark.slow
-def test_two_cans_are_told_by_the_opening_and_separated_by_the_belts() -> None:
-    """The same grasp of two cans of a cluster fails without the separation, and lifts one of them with it."""
+@pytest.mark.parametrize("off", [-0.005, 0.005])
+def test_two_cans_are_told_by_the_opening_and_separated_by_the_belts(off: float) -> None:
+    """The same grasp of two cans side by side fails without the separation, and lifts one of them with it."""
     kind = HAND.objects["coke"]
-    grasp = pre_grasps(HAND, kind, GraspPoses.RANDOM, 4, 7100)[3]
+    goal = np.array([-HAND.control.cluster_reach, 0.0, kind.height / 2, 0.0, 0.0, 0.0])
+    start, apart = goal - [0.12, 0.0, 0.0, 0.0, 0.0, 0.0], kind.width + APART
+    stand = [Standing(0.0, off - apart / 2), Standing(0.0, off + apart / 2)]
+    grasp = PreGrasp(stand, start, goal, WorldDeviation(), 1.0)
     at_once = replace(HAND, control=replace(HAND.control, two_objects=-1.2))
     failed, trial = (play_grasp(each, kind, grasp) for each in (at_once, HAND))
     assert failed.end is not GraspEnd.LIFTED
