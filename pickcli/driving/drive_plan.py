@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from pickcli.driving.drive_smoothing import smoothed
+from pickcli.driving.drive_smoothing import smooth_path
 from pickcli.driving.driving_area import DrivingArea
-from pickcli.driving.free_space_proof import clearances, first_encounter
+from pickcli.driving.free_space_proof import Encounter, clearances, first_encounter
 from pickcli.driving.lattice_search import LatticePath, LatticeSearch
 from pickcli.driving.speed_profile import SpeedProfile, speed_profile
 from pickcli.driving.state_lattice import StateLattice
@@ -57,7 +57,7 @@ def plan_drive(area: DrivingArea) -> DrivePlan:
 
     Raises:
         InputError: The truck is at the goal already.
-        NoPlanError: The straight end is not free, or the lattice has no path.
+        NoPlanError: The straight end is not free, the lattice has no path, or none is proven to be free.
     """
     if np.abs(seen_from(area.goal, area.start)).max() < AT_GOAL:
         raise InputError("the truck is at the goal already; state another start or another goal")
@@ -66,19 +66,28 @@ def plan_drive(area: DrivingArea) -> DrivePlan:
     if area.straight:
         end = SteeringPath(area.truck, before_end, np.array([area.straight]), np.zeros(2))
         if (met := first_encounter(area, end, area.margin)) is not None:
-            detail = f"{met.clearance:.3f} m from {met.name}, {area.margin:g} m are to be kept"
-            raise NoPlanError("a drive to the goal", [Reason("not free", "the straight end", detail)])
+            reason = Reason("not free", "the straight end", _detail(met, area))
+            raise NoPlanError("a drive to the goal", [reason])
     lattice = StateLattice(area, before_end)
     search = LatticeSearch(lattice, area.start)
     found = search.run()
     if found is None:
         raise NoPlanError("a drive to the goal", [_reason(area, search)])
     _log.info("lattice: %.2f m after %d states", found.path.length, found.n_expanded)
-    path = smoothed(lattice, found.path)
-    path = path if end is None else path.then(end)
-    if (met := first_encounter(area, path, area.margin)) is not None:
-        raise AssertionError(f"a proven path is not free: {met}")
-    return DrivePlan(area, found, path, speed_profile(path))
+    unproven: list[Reason] = []
+    for path in (smooth_path(lattice, found.path), found.path):
+        if path is None:
+            continue
+        whole = path if end is None else path.then(end)
+        met = first_encounter(area, whole, area.margin)
+        if met is None:
+            return DrivePlan(area, found, whole, speed_profile(whole))
+        unproven.append(Reason("not free", "the path", _detail(met, area)))
+    raise NoPlanError("a drive to the goal", unproven)
+
+
+def _detail(met: Encounter, area: DrivingArea) -> str:
+    return f"{met.clearance:.3f} m from {met.name}, {area.margin:g} m are to be kept"
 
 
 def _reason(area: DrivingArea, search: LatticeSearch) -> Reason:

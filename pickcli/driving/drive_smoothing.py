@@ -143,21 +143,6 @@ def _changes(steps: Array, steering: Array) -> Array:
     return changes
 
 
-def smoothed(lattice: StateLattice, path: SteeringPath) -> SteeringPath:
-    """Smooth a path from the start of an area to the goal of its lattice.
-
-    Args:
-        lattice: The lattice.
-        path: A path that is proven free.
-
-    Returns:
-        A path proven to keep the margin of the area, within the limits of plans; where no smooth one is, the
-        path itself.
-    """
-    smooth = smooth_path(lattice, path)
-    return path if smooth is None else smooth
-
-
 def smooth_path(lattice: StateLattice, path: SteeringPath) -> SteeringPath | None:
     """Make a smooth path to the goal of a lattice that is like another one.
 

@@ -15,7 +15,7 @@ from pickcli.driving.steering_path import SteeringPath
 from pickcli.geometry import Array
 
 FIRST_STEP = 0.4  # m of travel of the parts that are halved where they are not proven
-LAST_STEP = 0.002  # m of travel of a part that is not halved any more
+LAST_STEP = 2e-5  # m of travel of a part that is not halved any more
 RESERVE = 1e-6  # m, over all rounding: of the quadrature of poses, and of figures in files
 
 

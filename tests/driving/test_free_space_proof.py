@@ -88,3 +88,35 @@ def test_leaving_the_walls_is_met() -> None:
     assert first_encounter(area, path, 0.03) is None
     met = first_encounter(area, path, 0.05)
     assert met is not None and met.name == WALLS
+
+
+@given(
+    length=st.floats(0.3, 4.0),
+    part=st.floats(0.1, 0.9),
+    turned=st.floats(-0.6, 0.6),
+    near=st.floats(2e-4, 2e-3),
+)
+@settings(max_examples=60, deadline=None)
+def test_what_is_proven_part_by_part_is_proven_as_a_whole(
+    length: float, part: float, turned: float, near: float
+) -> None:
+    """A path that comes within a fifth of a millimetre of the margin, however it is divided."""
+    area = area_of(start=np.array([5.0, 5.0, turned]))
+    path = SteeringPath(area.truck, area.start, np.array([length]), np.array([0.2, -0.1]))
+    least = clearances(
+        area_of(wall := _post_beside(area, path)), path.poses_at(np.linspace(0, length, 20_000))
+    )
+    margin = float(least[:, 1].min()) - near
+    blocked = area_of(wall)
+    first, second = path.divided(part * length)
+    assert first_encounter(blocked, first, margin) is None
+    assert first_encounter(blocked, second, margin) is None
+    assert first_encounter(blocked, path, margin) is None
+    assert first_encounter(blocked, path, margin + 2 * near) is not None
+
+
+def _post_beside(area: DrivingArea, path: SteeringPath) -> FloorBox:
+    """A post some 0.1 m beside the truck in the middle of a path."""
+    x, y, yaw = path.poses_at(np.array([path.length / 2]))[0].tolist()
+    off = area.truck.width / 2 + 0.15
+    return FloorBox("post", (x - off * np.sin(yaw), y + off * np.cos(yaw)), (0.1, 0.1), yaw)
