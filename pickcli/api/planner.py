@@ -294,7 +294,7 @@ class Planner:
             into: Name of the place that it is brought to.
             start: Start configuration.
             seed: Seed of all random choices.
-            approach: Where grasps come from: "lines", "region" or "lines-then-region".
+            approach: Where grasps come from: "lines", "region", "reactive" or "lines-then-region".
             drop_from: From where the item is dropped into an open box: "inside" or "rim".
 
         Returns:

@@ -145,18 +145,19 @@ class StackFile:
     task_names: tuple[tuple[str, ...], ...]
     model: StackModel
 
-    def stack(self, controlled: ControlledArm, goal: ToolGoal) -> Stack:
+    def stack(self, controlled: ControlledArm, goal: ToolGoal | None = None) -> Stack:
         """Make the stack for an arm and an object.
 
         Args:
             controlled: The arm.
-            goal: The envelope, with the object's pose.
+            goal: The envelope, with the object's pose; None for a stack without one.
 
         Returns:
             The stack.
 
         Raises:
             UnknownNameError: A posture names no configuration of the cell.
+            ValueError: The stack has an envelope, and none is given.
         """
         limits = controlled.arm.limits
         make: dict[type[FileModel], Callable[..., Task]] = {
@@ -171,12 +172,17 @@ class StackFile:
                 limits.acceleration,
             ),
             EnvelopeTaskModel: lambda m: ToolTask(
-                m.kind, controlled.arm, controlled.tool_state, goal, m.gain, m.inside
+                m.kind, controlled.arm, controlled.tool_state, self._given(goal), m.gain, m.inside
             ),
             PostureTaskModel: lambda m: PostureTask(m.kind, self._named(controlled, m.to), m.gain),
         }
         levels = tuple(tuple(make[type(task)](task) for task in level.tasks) for level in self.model.levels)
         return Stack(levels, self.model.goal, limits.acceleration)
+
+    def _given(self, goal: ToolGoal | None) -> ToolGoal:
+        if goal is None:
+            raise ValueError(f"stack {self.name} has an envelope, and none is given")
+        return goal
 
     def _named(self, controlled: ControlledArm, name: str) -> Array:
         if name not in controlled.configurations:

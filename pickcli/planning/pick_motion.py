@@ -100,6 +100,7 @@ class GraspTransit:
         cost: s, estimated time to the end of the retreat, plus the cost of the grasp's score.
         experience: New experience of the search for transits, also to grasps that were not chosen.
         searched: What ARA* found on the lattice of hand poses; None of transits that are not planned by it.
+        is_rolled_out: Whether a controller rolled it out, and no planner took over; None if none was asked.
     """
 
     taking: GraspMotion
@@ -107,11 +108,15 @@ class GraspTransit:
     cost: float
     experience: tuple[QueryExperience, ...] = ()
     searched: LatticePlan | None = None
+    is_rolled_out: bool | None = None
 
     @property
     def figures(self) -> dict[str, float]:
-        """What a search with a bound knows of the transit, by name; nothing of others."""
-        return {} if self.searched is None else self.searched.figures
+        """What a search with a bound, or a controller, knows of the transit, by name; nothing of others."""
+        by_controller = (
+            {} if self.is_rolled_out is None else {"transit_rolled_out": float(self.is_rolled_out)}
+        )
+        return by_controller if self.searched is None else self.searched.figures
 
 
 @dataclass(frozen=True, eq=False)

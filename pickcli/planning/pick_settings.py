@@ -21,6 +21,7 @@ class GraspApproach(StrEnum):
 
     LINES = "lines"  # fixed candidates on every face: few, then many
     REGION = "region"  # a region query: found in envelopes from the arm
+    REACTIVE = "reactive"  # as by region; a controller rolls out the transit to where its lines begin
     LINES_THEN_REGION = "lines-then-region"  # a region query where no fixed candidate succeeds
 
 

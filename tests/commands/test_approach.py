@@ -34,7 +34,7 @@ def test_a_plan_says_in_which_envelope_its_grasp_was_found(
     scene: Path, query: tuple[str, ...], tmp_path: Path
 ) -> None:
     found = {}
-    for approach in ("lines", "region", "lines-then-region"):
+    for approach in ("lines", "region", "reactive", "lines-then-region"):
         out = tmp_path / f"{approach}.json"
         answer = apc(*query, "--scene", scene, "--approach", approach, "-o", out)
         assert answer.code == 0, answer.err
@@ -42,7 +42,8 @@ def test_a_plan_says_in_which_envelope_its_grasp_was_found(
         assert plan.grasp is not None and plan.certificate is not None
         assert ("found in envelope" in answer.out) == bool(plan.grasp.envelope)
         found[approach] = plan.grasp.envelope
-    assert found["lines"] == "" and found["region"] != ""
+        assert ("transit_rolled_out" in plan.statistics) == (approach == "reactive")
+    assert found["lines"] == "" and found["reactive"] == found["region"] != ""
     assert found["lines-then-region"] == ""  # a fixed candidate succeeds
 
 
@@ -50,4 +51,6 @@ def test_a_plan_says_in_which_envelope_its_grasp_was_found(
 def test_an_unknown_approach_is_refused_with_the_known_ones(command: str) -> None:
     answer = apc(command, "--approach", "regions")
     assert answer.code == 2
-    assert "'regions' is not one of 'lines', 'region', 'lines-then-region'" in " ".join(answer.err.split())
+    assert "'regions' is not one of 'lines', 'region', 'reactive', 'lines-then-region'" in " ".join(
+        answer.err.split()
+    )

@@ -168,7 +168,7 @@ def stow_rule_option(function: F) -> F:
 
 
 def approach_option(function: F) -> F:
-    """Give a command the option --approach lines|region|lines-then-region.
+    """Give a command the option --approach lines|region|reactive|lines-then-region.
 
     Args:
         function: The command.
@@ -182,7 +182,8 @@ def approach_option(function: F) -> F:
         "--approach", type=click.Choice([str(each) for each in GraspApproach], case_sensitive=False),
         default=str(GraspApproach.LINES), show_default=True,
         help="Where grasps come from: fixed candidates on every face, a region query into the item's "
-             "envelopes (APPLE), or that where no fixed candidate succeeds.",
+             "envelopes (APPLE), that with a transit that a controller rolls out, or that where no fixed "
+             "candidate succeeds.",
     )(function)  # fmt: skip
 
 

@@ -43,6 +43,7 @@ _BY_REGION = ((RegionSearch(250, 2), CorridorSet.FEW), (RegionSearch(1000, 8), C
 SEARCHES = {
     GraspApproach.LINES: _FIXED,
     GraspApproach.REGION: _BY_REGION,
+    GraspApproach.REACTIVE: _BY_REGION,
     GraspApproach.LINES_THEN_REGION: _FIXED + _BY_REGION[-1:],
 }
 
@@ -86,7 +87,8 @@ def _tells(problem: PickProblem, search: Search | RegionSearch) -> bool:
 
     A trial decides by the most frequent reasons what it tries next.
     """
-    return problem.settings.approach is GraspApproach.REGION or not isinstance(search, RegionSearch)
+    is_alone = problem.settings.approach in (GraspApproach.REGION, GraspApproach.REACTIVE)
+    return is_alone or not isinstance(search, RegionSearch)
 
 
 def searches_of(problem: PickProblem) -> tuple[tuple[Search | RegionSearch, CorridorSet], ...]:

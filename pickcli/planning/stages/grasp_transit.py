@@ -12,10 +12,12 @@ from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures
 from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
-from pickcli.planning.coarse_motion import plan_coarse, plan_on_hand_lattice
+from pickcli.planning.coarse_motion import CoarsePath, plan_coarse, plan_on_hand_lattice
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit
 from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.pick_settings import GraspApproach
 from pickcli.planning.planning_context import COARSE_RESERVE
+from pickcli.planning.stages.reactive_transit import roll_out_to
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.seeds import derived_seed
@@ -75,15 +77,22 @@ def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -
     extra = [_cost(problem, f) for f in group]
     seed = derived_seed(problem.seed, "transit", problem.target.id, state)
     checker = context.checker_for(problem.scene, mode)
-    if (most := context.settings.expansions) is None:
-        coarse = plan_coarse(context, checker, start.q, goals, extra, seed, "transit")
-    else:
+    rolled = None
+    if context.settings.approach is GraspApproach.REACTIVE:
+        rolled = roll_out_to(context, checker, start.q, goals, state, seed)
+    coarse: CoarsePath | Failures
+    if isinstance(rolled, CoarsePath):
+        coarse = rolled
+    elif (most := context.settings.expansions) is not None:
         coarse = plan_on_hand_lattice(context, checker, start.q, goals, most, "transit")
+    else:
+        coarse = plan_coarse(context, checker, start.q, goals, extra, seed, "transit")
     if isinstance(coarse, Failures):
         return coarse
     transit = coarse.segment(SegmentKind.TRANSIT, replace(mode, reserve=0.0))
     cost = coarse.duration + extra[coarse.goal]
-    return GraspTransit(group[coarse.goal], transit, cost, coarse.experience, coarse.searched)
+    is_rolled_out = None if rolled is None else coarse is rolled
+    return GraspTransit(group[coarse.goal], transit, cost, coarse.experience, coarse.searched, is_rolled_out)
 
 
 def _cost(problem: PickProblem, f: GraspMotion) -> float:
