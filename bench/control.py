@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections import Counter
+from collections.abc import Iterator
 
 import numpy as np
 from rich.console import Console
@@ -32,6 +33,7 @@ from pickcli.control.tasks.task import ControlState
 from pickcli.control.tasks.tool_task import ToolTask
 from pickcli.geometry import Array, pose, rotation_from_vector
 from pickcli.grasping.envelope import Alignment, Envelope
+from pickcli.grasping.envelope_truncation import free_sectors
 from pickcli.kernel import SurfaceKind
 from pickcli.kinematics.arm import ToolGoal
 from pickcli.planning.region_query import RegionChecks, RegionProblem, plan_to_region
@@ -86,14 +88,25 @@ class Control:
         tool = FreeToolChecker(self.bench.model, scene, self.bench.state, np.eye(3), contacts)
         return self.bench.envelopes(scene, tool)
 
-    def best(self, scene: Scene) -> RollOut:
-        """Run for one envelope after the other, until one is reached."""
+    def best(self, scene: Scene) -> tuple[Envelope, RollOut]:
+        """Run for one envelope after the other, then for what is free of them, until one is reached."""
         runs = []
-        for envelope in self.envelopes(scene):
-            runs.append(self.run(scene, envelope))
-            if runs[-1].end is End.REACHED:
+        for envelope in self.parts(scene):
+            runs.append((envelope, self.run(scene, envelope)))
+            if runs[-1][1].end is End.REACHED:
                 break
         return runs[-1]
+
+    def parts(self, scene: Scene) -> Iterator[Envelope]:
+        """Yield the envelopes of the target's side, then their free parts, the largest ones first."""
+        whole = self.envelopes(scene)
+        yield from whole
+        tool = FreeToolChecker(
+            self.bench.model, scene, self.bench.state, np.eye(3), AllowedContacts.at_any_depth(["target"])
+        )
+        found = [free_sectors(each, scene.items[0].T_world_item, tool) for each in whole]
+        yield from (each[0] for each in found if each)
+        yield from (sector for each in found for sector in each[1:])
 
     def region(self, scene: Scene, start: Array, seed: int) -> float | None:
         """Return the travel in rad of the region query's path from a start, None without one."""
@@ -198,7 +211,7 @@ def main() -> None:
         ends, lengths, seconds, ratios, followed, handed_over = Counter[str](), [], [], [], [], 0
         for k in range(options.scenes):
             scene = scene_of(control.bench, rng, kind)
-            found = control.best(scene)
+            envelope, found = control.best(scene)
             ends[found.end.value] += 1
             seed = derived_seed("bench", options.seed, k)
             if found.end is not End.REACHED:
@@ -209,12 +222,8 @@ def main() -> None:
             theirs = control.region(scene, control.bench.home, seed)
             if theirs is not None:
                 ratios.append((lengths[-1], theirs))
-            for envelope in control.envelopes(scene):
-                nominal = control.run(scene, envelope)
-                if nominal.end is End.REACHED:
-                    moved = np.random.default_rng([options.seed, k])
-                    followed.append(control.follow(scene, nominal, envelope, moved).end is End.REACHED)
-                    break
+            moved = np.random.default_rng([options.seed, k])
+            followed.append(control.follow(scene, found, envelope, moved).end is End.REACHED)
         ours, theirs_sum = np.sum(ratios, axis=0) if ratios else (np.nan, np.nan)
         told = ", ".join(f"{n} {end}" for end, n in ends.most_common() if end != End.REACHED.value)
         table.add_row(

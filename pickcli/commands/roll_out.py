@@ -16,7 +16,7 @@ from pickcli.commands.options.scene_options import open_scene, scene_options
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from pickcli.cell.cell import Cell
     from pickcli.control.roll_out import RollOut
@@ -73,14 +73,15 @@ def command(
     found = ItemEnvelopes.of(context, scene, scene.find(item_name), scene.cell.robot.tool.default_state)
     q, _ = parse_configuration(scene.cell, start)
     ended: list[Ended] = []
-    for envelope in _chosen(found, envelope_name):
+    chosen = _chosen(found, envelope_name)
+    for envelope in _in_turn(found, chosen):
         ended.append((envelope, _run(file, context, found, envelope, q, seconds)))
         if ended[-1][1].end is End.REACHED:
             break
     envelope, run = min(ended, key=lambda each: _left(file, each[1]))
     write_bytes(output, _csv(scene.cell, file, run).encode(), overwrite)
     if run.end is not End.REACHED:
-        raise _not_reached(context, found, ended, file, seed)
+        raise _not_reached(context, found, ended, len(chosen), file, seed)
     if as_json:
         emit_json(_as_json(file, envelope, run, output))
         return
@@ -95,6 +96,16 @@ def _chosen(found: ItemEnvelopes, name: str | None) -> tuple[Envelope, ...]:
     if not named:
         raise UnknownNameError("envelope", name, [each.name for each in found.envelopes], "--envelope")
     return named
+
+
+def _in_turn(found: ItemEnvelopes, chosen: Sequence[Envelope]) -> Iterator[Envelope]:
+    """Yield envelopes, then what of them is free, then its sectors."""
+    from pickcli.grasping.envelope_truncation import free_sectors
+
+    yield from chosen
+    parts = [free_sectors(each, found.target.T_world_item, found.tool) for each in chosen]
+    yield from (each[0] for each in parts if each)
+    yield from (sector for each in parts for sector in each[1:])
 
 
 def _run(
@@ -122,11 +133,16 @@ def _left(file: StackFile, run: RollOut) -> float:
 
 
 def _not_reached(
-    context: PlanningContext, found: ItemEnvelopes, ended: Sequence[Ended], file: StackFile, seed: int
+    context: PlanningContext,
+    found: ItemEnvelopes,
+    ended: Sequence[Ended],
+    n_whole: int,
+    file: StackFile,
+    seed: int,
 ) -> NoPlanError:
     """Explain where roll-outs ended, which level gave way, and what a region query finds from there."""
     reasons = []
-    for envelope, run in ended:
+    for envelope, run in ended[:n_whole]:
         detail = f"after {run.duration:.2f} s, {file.model.goal} off by {_left(file, run):.3g}"
         if len(run.slack):
             above = next(i for i, names in enumerate(file.task_names) if file.model.goal in names) + 1
@@ -135,7 +151,8 @@ def _not_reached(
         reasons.append(Reason(run.end.value, envelope.name, detail))
     _, nearest = min(ended, key=lambda each: _left(file, each[1]))
     reasons.append(_by_region_query(context, found, nearest, seed))
-    lines = [f"none of {len(ended)} envelopes is reached", *(f"  {reason}" for reason in reasons)]
+    parts = f", nor any of {len(ended) - n_whole} free parts of them" if len(ended) > n_whole else ""
+    lines = [f"none of {n_whole} envelopes is reached{parts}", *(f"  {reason}" for reason in reasons)]
     return NoPlanError(f"roll-out of {file.name}", reasons, "\n".join(lines))
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ LEAST_BLOCKS = 3  # along a coordinate that has a range
 SMALLEST = 1e-3  # m of clearance that is not looked for
 MOST_CELLS = 3_000  # of a block; one that is not proven by then counts as blocked
 N_WINDOWS = 8  # of a free roll
+WIDEST_SECTOR = 0.7  # rad of azimuth
 N_EXPLAINED = 100  # poses of the whole envelope, at which what is in the way is looked up
 ANGLES = {
     SurfaceKind.PLANE: 0,
@@ -83,6 +84,34 @@ def truncated(envelope: Envelope, T_world_object: Array, tool: FreeToolChecker) 
         part = replace(part, roll_share=part.roll_share / N_WINDOWS)
         found = part if part.size > found.size else found
     return replace(found, against=_most_in_the_way(envelope, T_world_object, tool))
+
+
+def free_sectors(envelope: Envelope, T_world_object: Array, tool: FreeToolChecker) -> tuple[Envelope, ...]:
+    """Divide what a scene leaves of an envelope by its azimuth, for a controller that knows no future.
+
+    From where the tool is, the nearest pose of a whole envelope may lie behind what is in the way.
+
+    Args:
+        envelope: The envelope, not empty.
+        T_world_object: (4, 4) pose of the object.
+        tool: Checks the tool without the arm in the scene.
+
+    Returns:
+        The part of it that is proven free, and after it the sectors of that, ``WIDEST_SECTOR`` wide at most;
+        none if nothing is left.
+    """
+    part = truncated(envelope, T_world_object, tool).envelope
+    if part is None:
+        return ()
+    if not ANGLES[part.surface]:
+        return (part,)
+    n = max(1, int(np.ceil((part.high[0] - part.low[0]) / WIDEST_SECTOR - 1e-9)))
+    ends = np.linspace(part.low[0], part.high[0], n + 1)
+    sectors = (
+        part.within(np.array([low, *part.low[1:]]), np.array([high, *part.high[1:]]), 1.0)
+        for low, high in pairwise(ends.tolist())
+    )
+    return (part, *(sectors if n > 1 else ()))
 
 
 def _windows(envelope: Envelope) -> Iterator[Envelope]:

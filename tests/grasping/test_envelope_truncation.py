@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.grasping.envelope_truncation import truncated
+from pickcli.grasping.envelope_truncation import WIDEST_SECTOR, free_sectors, truncated
+from pickcli.kernel import SurfaceKind
 from support.cans import CanScene, can
 
 
@@ -64,3 +67,24 @@ def test_where_nothing_is_free_nothing_is_kept_and_the_obstacle_is_named(table: 
     found = truncated(scene.envelopes[0], scene.target.T_world_item, scene.tool)
     assert found.envelope is None and found.kept == 0.0
     assert found.against is not None and "ring" in str(found.against)
+    assert free_sectors(scene.envelopes[0], scene.target.T_world_item, scene.tool) == ()
+
+
+def test_sectors_are_what_is_free_divided_by_azimuth(table: Cell) -> None:
+    scene = CanScene(table, (can(table, "beside", 0.46, 0.13),))
+    part, *sectors = free_sectors(scene.envelopes[0], scene.target.T_world_item, scene.tool)
+    assert len(sectors) >= 2
+    assert sectors[0].low[0] == part.low[0] and sectors[-1].high[0] == part.high[0]
+    for before, after in pairwise(sectors):
+        assert before.high[0] == after.low[0]
+    for each in sectors:
+        assert each.high[0] - each.low[0] <= WIDEST_SECTOR + 1e-12
+        poses = each.sample(np.random.default_rng(1), 300)
+        assert part.contains(poses).all()
+        assert scene.tool.are_valid(scene.tool.displacements(scene.target.T_world_item @ poses)).all()
+
+
+def test_what_has_no_azimuth_is_not_divided(table: Cell) -> None:
+    scene = CanScene(table)
+    ends = [each for each in scene.envelopes if each.surface is SurfaceKind.PLANE]
+    assert ends and all(len(free_sectors(each, scene.target.T_world_item, scene.tool)) <= 1 for each in ends)
