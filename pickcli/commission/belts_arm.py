@@ -6,7 +6,7 @@ holds; in between the arm is compliant, and the hand's own controller acts (``pi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -69,7 +69,7 @@ class BeltsArm(CommissionArm):
         try:
             grasp = self._grasped_from_here(seen, cluster)
             name = self._stand_in(name, grasp)
-            trouble = self._tried(lambda: self._set_down(name, grasp), cluster.names)
+            trouble = self._set_down(name, grasp)
         except NoPlanError as error:
             self._note()
             raise ActionError(str(error)) from None
@@ -160,17 +160,6 @@ class BeltsArm(CommissionArm):
     def is_home_now(self) -> bool:
         """Whether the arm is at home by its measured joints."""
         return bool(np.abs(self._handling.world.q - self._home.q).max() < 1e-3)
-
-    def _tried(self, act: Callable[[], str], held: Sequence[str]) -> str:
-        """Act; if that is stopped or has no plan, bring the arm home by hand. Returns what went wrong."""
-        try:
-            return act()
-        except NoPlanError as error:
-            why = str(error)
-            self._bring_home(held)
-            return why
-        except HandStoppedError as error:
-            return self._stopped(str(error), held)
 
     def _stopped(self, why: str, held: Sequence[str]) -> str:
         """Bring the arm home by hand after a stop; returns why it stopped."""

@@ -311,7 +311,7 @@ class _CommissionTrial:
         if done.set_down is not None and done.set_down.is_in_place:
             tried.is_open, tried.is_placed = False, True
             return {**done.figures, **({"trouble": done.trouble} if done.trouble else {})}
-        tried.is_open = self.arm.is_on_load(name)
+        tried.is_open &= self.arm.is_on_load(name)  # what was given up stays so
         where = f"{name} was taken away by hand" if done.set_down is None else f"{name} ended {done.set_down}"
         raise ActionError("; ".join(filter(None, (done.trouble, where))), done.figures)
 

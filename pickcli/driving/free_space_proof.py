@@ -101,7 +101,7 @@ def first_encounter(area: DrivingArea, path: SteeringPath, margin: float) -> Enc
         margin: m that it is to keep.
 
     Returns:
-        None if it is proven for every point of the path; else the first part that is not.
+        None if it is proven for every point of the path; else a part that is not.
     """
     n = max(1, int(np.ceil(path.length / FIRST_STEP)))
     step = path.length / n
@@ -110,7 +110,7 @@ def first_encounter(area: DrivingArea, path: SteeringPath, margin: float) -> Enc
         found = clearances(area, path.poses_at(middles))
         is_open = found.min(axis=1) <= margin + RESERVE + step / 2 * area.truck.sweep
         # A part whose middle is too near itself is a counterexample: halving it would prove nothing.
-        is_lost = found.min(axis=1) < margin
+        is_lost = found.min(axis=1) <= margin + RESERVE
         if is_lost.any() or (is_open.any() and step < LAST_STEP):
             k = int(np.flatnonzero(is_lost if is_lost.any() else is_open)[0])
             nearest = int(found[k].argmin())

@@ -140,7 +140,10 @@ def plan_entry_anew(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
         return plan_entry(area, pallet)
     if pallet_gap(area, pallet, away.poses_at(np.linspace(0.0, away.length, N_AWAY))) <= 0.0:
         return plan_entry(area, pallet)
-    plan = plan_entry(replace(area, start=away.end), pallet)
+    try:
+        plan = plan_entry(replace(area, start=away.end), pallet)
+    except NoPlanError:
+        return plan_entry(area, pallet)
     path = away.then(plan.path)
     return replace(plan, area=replace(plan.area, start=area.start), path=path, profile=speed_profile(path))
 
@@ -204,7 +207,8 @@ def _pocket_gap(area: DrivingArea, pallet: StatedPallet, poses: Array) -> float:
     at = seen_from(pallet.pose, posed(poses[:, None], points))
     side = pallet.shape.pockets[(points[:, 1] > 0.0).astype(int)]
     gaps = np.minimum(at[..., 1] - side[:, 0], side[:, 1] - at[..., 1])
-    inside = np.abs(at[..., 0]) <= pallet.shape.length / 2
+    half = np.array([pallet.shape.length, pallet.shape.width]) / 2
+    inside = (np.abs(at[..., :2]) <= half).all(axis=-1)
     return float(gaps[inside].min(initial=np.inf))
 
 

@@ -45,6 +45,7 @@ class GuardedGrasp(GraspExecution):
     ) -> None:
         super().__init__(world, kind, on_step, lift)
         self._wrist = world.hand.wrist
+        self._goal = self._wrist.wanted  # (6,) m and rad, where it is to close if nothing is met before
 
     def run(self, pre_grasp: Array, seconds: float) -> None:
         """Approach, grasp and lift, until the end or a stop.
@@ -56,17 +57,19 @@ class GuardedGrasp(GraspExecution):
         self.hand.motor.set_point = self._kind.low_current
 
         def act() -> None:
-            self.stage(StageName.APPROACH, lambda: self._approach(pre_grasp, seconds))
+            self._goal = pre_grasp
+            self.stage(StageName.APPROACH, lambda: self._approach(seconds))
             self._close_on_one()
             if self.stages[0].ended_by == "contact" and self._is_empty():
-                self._go_on(pre_grasp)
+                self._go_on()
                 self._close_on_one()
             self._lift_held()
 
         self.carry_out(act)
 
-    def _approach(self, pre_grasp: Array, seconds: float) -> str:
-        ended_by = self.move(pre_grasp + self._raise(), seconds, until=self._has_met)
+    def _approach(self, seconds: float) -> str:
+        self._goal = self._goal + self._raise()
+        ended_by = self.move(self._goal, seconds, until=self._has_met)
         if ended_by == "contact":
             self._back_off()
         return ended_by
@@ -99,9 +102,9 @@ class GuardedGrasp(GraspExecution):
         gap = -float(hand.tips[:, 1].sum())
         return gap < TOUCHING and bool(np.abs(hand.fingers[:, 1]).max() < STRAIGHT)
 
-    def _go_on(self, pre_grasp: Array) -> None:
+    def _go_on(self) -> None:
         """Open, and go on to where the hand was to close, past what it met."""
         wrist = self._wrist
         self.stage(StageName.OPENING, lambda: self.turn_to(-self.hand.hand.fingers.widest))
         wrist.wanted, wrist.is_level_soft = wrist.measured.copy(), False
-        self.stage(StageName.APPROACH, lambda: self.move(pre_grasp, GOING_ON_TIME))
+        self.stage(StageName.APPROACH, lambda: self.move(self._goal, GOING_ON_TIME))

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
+import numpy as np
+
 from pickcli.geometry import Array
 from pickcli.hand.grasp_world import TIME_STEP
 from pickcli.hand.simulated_hand import SimulatedHand
@@ -183,9 +185,11 @@ class StagedExecution:
             What ended it.
         """
         start, n = self.hand.wrist.wanted.copy(), max(1, round(seconds / TIME_STEP))
+        off = goal - start
+        off[3:] = (off[3:] + np.pi) % (2 * np.pi) - np.pi  # the shorter way round
         for k in range(n):
             s = (k + 1) / n
-            self.hand.wrist.wanted = start + (goal - start) * s**3 * (10.0 + s * (6.0 * s - 15.0))
+            self.hand.wrist.wanted = start + off * s**3 * (10.0 + s * (6.0 * s - 15.0))
             self.step()
             if until():
                 return "contact"

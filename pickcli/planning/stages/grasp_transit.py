@@ -1,4 +1,7 @@
-"""Transit: the coarse motion of the empty tool to one of several grasps, the fastest whole way first."""
+"""Transit: the coarse motion of the empty tool to one of several grasps, the fastest whole way first.
+
+One that a controller rolls out leads to the nearest grasp that it reaches.
+"""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ _log = logging.getLogger(__name__)
 def roll_out_to(
     context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array, state: ToolState, seed: int
 ) -> CoarsePath | Failures:
-    """Let the controller run from the start to the nearest of several configurations that it reaches.
+    """Let the controller run from the start to the nearest of several configurations, or the next one.
 
     Args:
         context: The cell and its models.
@@ -54,7 +54,8 @@ def roll_out_to(
     if not checker.is_valid(q_start):
         return Failures.of(checker.explain(q_start).at("transit"))
     failures, file = Failures(), _stack()
-    for k in np.argsort(np.linalg.norm(goals - q_start, axis=1), kind="stable").tolist():
+    nearest = np.argsort(np.linalg.norm(goals - q_start, axis=1), kind="stable")
+    for k in nearest[checker.are_valid(goals[nearest])].tolist():
         controlled = ControlledArm(context.arm, state, checker, {GIVEN: goals[k]})
         run = _run(ControlScene(file.stack(controlled), checker), q_start, file.period)
         is_near = float(run.errors["posture"][-1]) <= NEAR
@@ -66,7 +67,9 @@ def roll_out_to(
             return CoarsePath(short, k, estimated_duration(context.space, short), CONTROLLER)
         detail = f"after {run.duration:.2f} s, a joint off by {float(run.errors['posture'][-1]):.3g}"
         failures += Reason(run.end.value, "controller", detail)
-    _log.info("no roll-out reached a grasp, a planner takes over: %s", failures.reasons[0])
+    _log.info(
+        "no roll-out reached a grasp, a planner takes over: %s", [str(each) for each in failures.reasons]
+    )
     return failures
 
 
