@@ -91,7 +91,7 @@ def test_leaving_the_walls_is_met() -> None:
 
 
 @given(
-    length=st.floats(0.3, 4.0),
+    length=st.floats(0.3, 2.0),
     part=st.floats(0.1, 0.9),
     turned=st.floats(-0.6, 0.6),
     near=st.floats(2e-4, 2e-3),
