@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement, displaced
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.commission.commission import LOAD, PALLET, Commission, LoadItem
@@ -366,7 +365,9 @@ def _equal_places(commission: Commission) -> tuple[Placement, ...]:
     InputError.
     """
     widest = np.max([each.item.shape.extents[:2].max() for each in commission.items])
-    alike = [replace(each, item=_of_width(each.item, float(widest))) for each in commission.items]
+    highest = np.max([each.item.shape.extents[2] for each in commission.items])
+    largest = Shape(ShapeKind.BOX, (float(widest), float(widest), float(highest)))
+    alike = [replace(each, item=replace(each.item, shape=largest)) for each in commission.items]
     places = _placements(replace(commission, items=tuple(alike)))
     reached = sorted(commission.items, key=lambda each: float(each.at[1]))
     return tuple(_taken_by(place, _carton(each)) for place, each in zip(places, reached, strict=True))
@@ -376,11 +377,6 @@ def _taken_by(place: Placement, carton: Carton) -> Placement:
     """Return the placement of another carton at the middle of a place on the deck."""
     low = np.array([*place.centre[:2], 0.0]) - np.array([*carton.size[:2], 0.0]) / 2
     return replace(place, carton=carton, low=low, is_turned=False)
-
-
-def _of_width(item: Item, width: float) -> Item:
-    """Return an item as high as another, in a square of a width."""
-    return replace(item, shape=Shape(ShapeKind.BOX, (width, width, float(item.shape.extents[2]))))
 
 
 def _carton(each: LoadItem) -> Carton:
