@@ -113,10 +113,10 @@ class GraspTransit:
     @property
     def figures(self) -> dict[str, float]:
         """What a search with a bound, or a controller, knows of the transit, by name; nothing of others."""
-        by_controller = (
-            {} if self.is_rolled_out is None else {"transit_rolled_out": float(self.is_rolled_out)}
-        )
-        return by_controller if self.searched is None else self.searched.figures
+        found = {} if self.searched is None else dict(self.searched.figures)
+        if self.is_rolled_out is not None:
+            found["transit_rolled_out"] = float(self.is_rolled_out)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
