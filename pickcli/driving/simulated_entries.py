@@ -61,7 +61,8 @@ class SimulatedEntry:
         n_seen: Pictures in which the pallet was found.
         n_renewed: How often the path was changed while it was driven.
         n_stops: How often the truck stopped before the straight part, and planned anew.
-        has_given_up: Whether it stayed there, as it did not see the pallet or found no path into it.
+        has_given_up: Whether it did not get in: the pallet was not seen, there was no path or no time, or it
+            was braked for good.
         duration: s.
         poses: (T, 3) m, m, rad: true poses of the truck in every period.
         seen: The pallet where it was seen last, as the truck believed to be; None if it was not.
@@ -173,8 +174,8 @@ class _Entry:
         """Drive until the truck is in the pallet, or gives up before it."""
         truck, controller = self.truck, TrackingController(self.plan, 1)
         fix, look = max(1, round(truck.noise.fix_period / PERIOD)), round(LOOK_PERIOD / PERIOD)
-        n_periods, has_given_up = int((MOST_TIME * self.plan.profile.duration + MORE_TIME) / PERIOD), False
         n_driven = k = 0
+        n_periods, has_given_up = _most_periods(self.plan), False
         while n_driven < n_periods:  # periods in which it is braked do not count
             if k % fix == 0:
                 truck.localise()
@@ -188,6 +189,7 @@ class _Entry:
                     has_given_up = True
                     break
                 self.plan, controller = planned, TrackingController(planned, 1)
+                n_periods = n_driven + _most_periods(planned)
             if controller.is_done.all():
                 break
             is_braked = overseer is not None and overseer.brakes(truck.true[0], truck.believed[0], controller)
@@ -199,6 +201,8 @@ class _Entry:
             controller.advance()
             self.driven_poses.append(truck.true[0])
             k, n_driven = k + 1, n_driven + (not is_braked)
+        else:
+            has_given_up = True  # it did not arrive in the time that there is
         return SimulatedEntry(
             self._off(truck), self.n_seen, self.n_renewed, self.n_stops, has_given_up, PERIOD * k,
             np.array(self.driven_poses), self.seen,
@@ -279,3 +283,8 @@ class _Entry:
         wanted = [entered_pose(self.area, pallet) for pallet in self.real]
         off = seen_from(wanted[0], truck.true[0]) if wanted else np.array([np.inf, np.inf, 0.0])
         return np.array([off[0], off[1], wrapped(off[2])])
+
+
+def _most_periods(plan: DrivePlan) -> int:
+    """In how many periods the truck has to be there."""
+    return int((MOST_TIME * plan.profile.duration + MORE_TIME) / PERIOD)
