@@ -27,7 +27,8 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.perception.textures.sift_views import SiftRule
 from pickcli.planning.assembly.stitching import stitch_run
-from pickcli.planning.coarse_motion import COARSE_LIMITS, plan_coarse
+from pickcli.planning.coarse_motion import plan_coarse
+from pickcli.planning.coarse_path import COARSE_LIMITS
 from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery

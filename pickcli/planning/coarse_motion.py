@@ -8,64 +8,26 @@ planning context, and returns its result as a path for a plan.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.path_planning.ara_star import AraStarSettings
 from pickcli.path_planning.lattice_planner import (
-    LatticePlan,
     LatticePlannerSettings,
     plan_on_lattice,
     shortcut_once,
 )
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.path_planning.workspace_lattice import HandGoals
+from pickcli.planning.coarse_path import CoarsePath
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.roadmap.connection import PlanningProblem, QueryOptions
 from pickcli.roadmap.query import RouteSource, query
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.trajectory_database import PayloadClass
-
-COARSE_LIMITS = SegmentLimits(blend_tolerance=0.05)
-
-
-@dataclass(frozen=True, eq=False)
-class CoarsePath:
-    """A proven path to one of several goals.
-
-    Attributes:
-        waypoints: (N, n) configurations.
-        goal: Index into the given goals.
-        duration: s, estimated.
-        source: Its origin: "straight edge", "database", "roadmap", "planner" or "lattice".
-        experience: New experience of the search for it; empty if there was no search.
-        searched: What ARA* found on the lattice of hand poses, before its shortcuts; None of others.
-    """
-
-    waypoints: Array
-    goal: int
-    duration: float
-    source: str
-    experience: tuple[QueryExperience, ...] = ()
-    searched: LatticePlan | None = None
-
-    def segment(self, kind: SegmentKind, mode: Mode) -> MotionSegment:
-        """Make a segment of the path.
-
-        Args:
-            kind: Kind of the segment.
-            mode: The mode in which it is proven free.
-
-        Returns:
-            The segment.
-        """
-        return MotionSegment(kind, self.waypoints, COARSE_LIMITS, mode=mode)
 
 
 def plan_coarse(

@@ -9,7 +9,8 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Failures
 from pickcli.geometry import Array
-from pickcli.planning.coarse_motion import CoarsePath, plan_coarse
+from pickcli.planning.coarse_motion import plan_coarse
+from pickcli.planning.coarse_path import CoarsePath
 from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.roadmap.trajectory_database import PayloadClass

@@ -15,7 +15,8 @@ from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures
 from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
-from pickcli.planning.coarse_motion import CoarsePath, plan_coarse, plan_on_hand_lattice
+from pickcli.planning.coarse_motion import plan_coarse, plan_on_hand_lattice
+from pickcli.planning.coarse_path import CoarsePath
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.pick_settings import GraspApproach

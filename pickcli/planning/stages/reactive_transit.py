@@ -21,7 +21,7 @@ from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.path_planning.shortcutting import shorten
-from pickcli.planning.coarse_motion import CoarsePath
+from pickcli.planning.coarse_path import CoarsePath
 from pickcli.planning.planning_context import PlanningContext
 
 STACK = "reach"  # under data/stacks

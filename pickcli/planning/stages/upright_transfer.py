@@ -19,7 +19,7 @@ from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assembly.tilt_bound import tilts
-from pickcli.planning.coarse_motion import COARSE_LIMITS
+from pickcli.planning.coarse_path import COARSE_LIMITS
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import COARSE_RESERVE
