@@ -12,6 +12,7 @@ import numpy as np
 
 from pickcli.commission.commission import LOAD, PALLET
 from pickcli.commission.commission_arm import (
+    AT_HOME,
     QUERY_CHARGE,
     RESET_TIME,
     CommissionArm,
@@ -78,7 +79,7 @@ class BeltsArm(CommissionArm):
         self._note()
         world.wait(SETTLING)
         stages = tuple((str(s.name), s.end - s.start) for s in self._handling.stages[n_before:])
-        return CommissionTransfer(name, self.item_off(name) if self._has(name) else None, trouble, stages)
+        return CommissionTransfer(name, self.item_off(name) if self.has(name) else None, trouble, stages)
 
     def go_home(self) -> None:
         """Move home by a certified plan.
@@ -100,7 +101,7 @@ class BeltsArm(CommissionArm):
 
     def _grasped_from_here(self, seen: Scene, cluster: Cluster) -> ArmGrasp:
         """Grasp from where the arm is, or by way of home if it has no room to open there, or no plan."""
-        if not self.is_home_now:
+        if not self.is_home:
             try:
                 if self._handling.has_room_to_open(seen):
                     return self._grasped(seen, cluster)
@@ -153,13 +154,14 @@ class BeltsArm(CommissionArm):
 
     def _to_home(self) -> None:
         """Move home, if the arm is not there. Raises NoPlanError and HandStoppedError."""
-        if not self.is_home_now:
+        if not self.is_home:
             self._handling.go_home(self._looked())
 
     @property
-    def is_home_now(self) -> bool:
+    def is_home(self) -> bool:
         """Whether the arm is at home by its measured joints."""
-        return bool(np.abs(self._handling.world.q - self._home.q).max() < 1e-3)
+        q = self._at.q if self._world is None else self._handling.world.q
+        return bool(np.abs(q - self._home.q).max() <= AT_HOME)
 
     def _stopped(self, why: str, held: Sequence[str]) -> str:
         """Bring the arm home by hand after a stop; returns why it stopped."""

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.shapes import Shape
 from pickcli.commission.commission import LOAD, PALLET
 from pickcli.commission.commission_result import ActionError
 from pickcli.commission.commission_station import CommissionStation, planar
@@ -215,7 +216,7 @@ class CommissionArm:
         if self._world is None:
             return
         for name in self._placements:
-            if self._has(name):
+            if self.has(name):
                 self._world.engine.wake(name)
         for x, y in felt.tolist():
             self._world.engine.accelerate((x, y))
@@ -252,7 +253,7 @@ class CommissionArm:
             return plan_pick(self.context, seen, query, start, seed, certify=certify)
 
         plan, trouble = self._moved(planned)  # whose end, from the fingers' opening on, lets the item settle
-        off = self.item_off(name) if self._has(name) else None
+        off = self.item_off(name) if self.has(name) else None
         parts = tuple((str(each.kind), each.t_end - each.t_start) for each in plan.segments)
         return CommissionTransfer(name, off, trouble, parts)
 
@@ -309,24 +310,24 @@ class CommissionArm:
         Returns:
             Whether it is; False for one that was taken away by hand.
         """
-        return self._has(name) and self._there().placed(name).location == LOAD
+        return self.has(name) and self._there().placed(name).location == LOAD
 
     def item_off(self, name: str) -> SetDownDeviation:
-        """Return how far an item truly is from its place on the pallet; a round one may be turned.
+        """Return how far an item truly is from its place on the pallet.
 
         Args:
             name: Id of an item that was not taken away.
 
         Returns:
-            The deviation; its turn is about any axis, of a round item only that of its own axis.
+            The deviation; its turn is about any axis, of a round item only that of its own axis, of a square
+            one to the next quarter turn about that.
         """
         world = self._there()
         at = self.station.stated(self._placements[name]).T_place_item
         T = inverse(world.scene.T_world_place(world.cell.places[PALLET])) @ world.engine.pose(name)
-        off, is_round = T[:3, 3] - at[:3, 3], len(world.scene.find(name).item.shape.size) == 2
+        off = T[:3, 3] - at[:3, 3]
         turned = at[:3, :3].T @ T[:3, :3]
-        cosine = float(turned[2, 2]) if is_round else (float(np.trace(turned)) - 1.0) / 2.0
-        turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        turn = _turn(turned, world.scene.find(name).item.shape)
         return SetDownDeviation(float(np.hypot(off[0], off[1])), float(off[2]), turn)
 
     def _there(self) -> LoadWorld:
@@ -340,8 +341,28 @@ class CommissionArm:
             raise ActionError("nothing was looked at")
         return self._seen
 
-    def _has(self, name: str) -> bool:
+    def has(self, name: str) -> bool:
+        """Tell whether an item is there still, and was not taken away by hand.
+
+        Args:
+            name: Its id.
+
+        Returns:
+            Whether it is.
+        """
         return any(placed.id == name for placed in self._there().scene.items)
+
+    def place_in_sequence(self, name: str) -> int:
+        """Return when the place of an item is filled.
+
+        Args:
+            name: Its id.
+
+        Returns:
+            Its number in the sequence of places.
+        """
+        sequence = [each.carton.id for each in self.station.placements]
+        return sequence.index(self._placements[name].carton.id)
 
     def _moved(self, planned: Callable[[Scene, Certify], Plan]) -> tuple[Plan, str]:
         """Plan and execute a certified motion; returns the plan, and what went wrong. Raises ActionError."""
@@ -372,3 +393,17 @@ class CommissionArm:
         world.wait(RESET_TIME)
         self._at = self._home
         return run.trouble or ""
+
+
+def _turn(turned: Array, shape: Shape) -> float:
+    """Angle (rad) by which an upright item is turned (3, 3), as far as it looks different then."""
+    if len(shape.size) == 2:  # round
+        cosines = turned[2, 2]
+    else:
+        length, width = shape.extents[:2]
+        quarters = 4 if np.isclose(length, width) else 2
+        about = np.arange(quarters) * 2 * np.pi / quarters
+        (xx, xy), (yx, yy) = turned[:2, :2]
+        along, across = xx + yy, xy - yx  # the trace of turned @ Rz(a) is along cos(a) + across sin(a) + zz
+        cosines = (along * np.cos(about) + across * np.sin(about) + turned[2, 2] - 1.0) / 2.0
+    return float(np.arccos(np.clip(np.max(cosines), -1.0, 1.0)))

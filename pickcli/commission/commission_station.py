@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement, displaced
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.commission.commission import LOAD, PALLET, Commission, LoadItem
@@ -23,7 +24,7 @@ from pickcli.driving.truck_camera import floor_pose
 from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.grasping.method_choice import grasp_method
-from pickcli.hand.belt_hand import BeltHand
+from pickcli.hand.belt_hand import BeltHand, GraspObject
 from pickcli.hand.hand_file import hand_file, read_hand
 from pickcli.palletizing.arm_sequence import seen_from as sequence_from
 from pickcli.palletizing.pallet_order import Carton, Pallet, PalletOrder
@@ -34,6 +35,9 @@ from pickcli.scene.scene import CarrierPose, PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng
 
 HAND = "apple"  # under data/hands, on the bare flange of a cell
+SAME_OBJECT = (
+    0.1  # share by which a product's sides and mass may differ from those that a hand has currents for
+)
 SAME_PLACE = 0.005  # m, by which the pallet of the cell may be off where forks take it
 CARRIER_ERROR = Displacement(0.003, 0.003, float(np.deg2rad(0.3)))  # of load and pallet as the arm sees them
 
@@ -329,16 +333,33 @@ def _faults(cell: Cell, hand: BeltHand | None, each: LoadItem) -> Iterator[str]:
     tool, extents = cell.robot.tool, each.item.shape.extents
     half = cell.places[LOAD].room.size[:2] / 2
     across = float(np.hypot(*extents[:2]) if len(each.item.shape.size) == 3 else extents[0]) / 2
-    if (np.abs(each.at[:2]) + across > half).any():
-        yield f"{each.id}, which stands over the edge of the load, {2 * half[0]:g} x {2 * half[1]:g} m"
+    over = float((np.abs(each.at[:2]) + across - half).max())
+    if over > 0.0:
+        yield (
+            f"{each.id} at {each.at[0]:g}, {each.at[1]:g}, which stands {1e3 * over:.0f} mm over the edge of "
+            f"the load, {2 * half[0]:g} x {2 * half[1]:g} m"
+        )
     if hand is not None:
         if each.item.name not in hand.objects:
-            known = ", ".join(hand.objects)
-            yield f"{each.id}, for which the hand {hand.name} has no currents (it has them for {known})"
+            names = ", ".join(hand.objects)
+            yield f"{each.id}, for which the hand {hand.name} has no currents (it has them for {names})"
+        elif _is_other(each.item, known := hand.objects[each.item.name]):
+            wide, mass = f"{known.width:g} m wide and {known.height:g} m high", f"{known.mass:g} kg"
+            yield (
+                f"{each.id}, {' x '.join(f'{side:g}' for side in extents)} m and {each.item.mass:g} kg, for "
+                f"which the hand {hand.name} has the currents of another object, {wide}, {mass}: give the "
+                "product a name of its own in a hand file that has it"
+            )
         return
     if not grasp_method(tool).may_hold(each.item):
         size = " x ".join(f"{side:g}" for side in extents)
         yield f"{each.id}, {size} m and {each.item.mass:g} kg, which the {tool.grip.holder} cannot hold"
+
+
+def _is_other(item: Item, known: GraspObject) -> bool:
+    """Whether an item is not the object that a hand knows by its name."""
+    asked = (float(item.shape.extents[0]), float(item.shape.extents[2]), item.mass)
+    return not np.allclose(asked, (known.width, known.height, known.mass), rtol=SAME_OBJECT)
 
 
 def _placements(commission: Commission) -> tuple[Placement, ...]:

@@ -185,6 +185,8 @@ class _CommissionTrial:
         """Carry out a condition or an action; return its success, and the item that it was for."""
         if name == "has_open_items":
             return any(each.is_open for each in self.tried.values()), ""
+        if name == "is_item_open":
+            return self.chosen in self.tried and self.tried[self.chosen].is_open, self.chosen
         decided = sum(not each.is_open for each in self.tried.values())
         self.on_progress(Progress(decided, len(self.tried), name))
         began, reason, is_success = self.now, "", True
@@ -275,15 +277,19 @@ class _CommissionTrial:
     # Arm ---------------------------------------------------------------------------------------------
 
     def choose_item(self) -> dict[str, Any]:
-        """Choose the first open item in the sequence in which they are put up."""
-        self.chosen = next((name for name, each in self.tried.items() if each.is_open), "")
-        if not self.chosen:
+        """Choose the open item whose place is the first in the sequence in which places are filled."""
+        still_open = [name for name, each in self.tried.items() if each.is_open]
+        if not still_open:
+            self.chosen = ""
             raise ActionError("no item is open")
+        self.chosen = min(still_open, key=self.arm.place_in_sequence)
         return {}
 
     def skip_item(self) -> dict[str, Any]:
-        """Give the chosen item up."""
-        self._chosen().is_open = False
+        """Give the chosen item up, unless it is decided."""
+        if self.chosen not in self.tried:
+            raise ActionError("no item is chosen")
+        self.tried[self.chosen].is_open = False
         return {}
 
     def look_at_load(self) -> dict[str, Any]:
@@ -346,9 +352,9 @@ class _CommissionTrial:
 
     def _item(self, name: str) -> CommissionedItem:
         tried = self.tried[name]
-        at_end = self.arm.item_off(name) if tried.is_placed else None
+        at_end = self.arm.item_off(name) if tried.attempts and self.arm.has(name) else None
         outcome = CommissionedOutcome.LOST if tried.attempts else CommissionedOutcome.LEFT
-        if at_end is not None and at_end.is_in_place:
+        if tried.is_placed and at_end is not None and at_end.is_in_place:
             outcome = CommissionedOutcome.PLACED
         return CommissionedItem(name, outcome, tried.attempts, tried.set_down, at_end)
 

@@ -88,6 +88,7 @@ class CommissionTruck:
         self.on_forks: Array | None = None
         self.is_raised = False
         self.set_down_at: Array | None = None
+        self._left_behind: Array | None = None  # (3,) m, m, rad, where it is believed to stand then
         self.drives: list[TruckDrive] = []
         self.n_collisions = 0
 
@@ -124,12 +125,13 @@ class CommissionTruck:
         self._expected = entry.seen or self._expected
         figures = {"pictures": entry.n_seen, "renewals": entry.n_renewed, "stops": entry.n_stops}
         drive = self._driven(ENTRY, entry.poses, entry.duration, area, figures, watch=watch)
+        for real in self._pallet.real:
+            self._refuse_meeting(area, real)
         if entry.has_given_up:
             why = "the pallet was not seen, or there is no path into it where it was seen"
             raise ActionError(why, drive.figures)
         (real,) = self._pallet.real
         self.on_forks = seen_from(self.true, real.pose)
-        self._refuse_meeting(area, real)
         return drive
 
     def to_load(self) -> TruckDrive | None:
@@ -159,7 +161,7 @@ class CommissionTruck:
         return self._loaded("drive delivery", at, STRAIGHT_TO_DELIVERY)
 
     def leave(self) -> TruckDrive | None:
-        """Drive out of the pallet that was set down, to the end of the commission.
+        """Drive out of the pallet that was set down, if the truck is in it, to the end of the commission.
 
         Returns:
             The drive; None if the truck stands there.
@@ -171,15 +173,14 @@ class CommissionTruck:
             raise ActionError("the pallet is not set down")
         self._truck.localise()
         area, end = self.station.leaving(self.believed), self.station.commission.end
-        if not any(each.name == LEAVING for each in self.drives):
-            at = posed(self.believed, self.station.pallet_in_truck)
-            pallet = replace(self.station.commission.pallet, pose=at)
-            drive = self._followed(LEAVING, _planned(lambda: plan_exit(area, pallet)), area)
-            self._refuse_meeting(area, replace(pallet, pose=self.set_down_at))
-            return self._arrived(end, drive)
         if is_near(self.believed, end):
             return None
-        return self._arrived(end, self._followed(LEAVING, _planned(lambda: plan_drive(area)), area))
+        if self._left_behind is None:
+            self._left_behind = posed(self.believed, self.station.pallet_in_truck)
+        pallet = replace(self.station.commission.pallet, pose=self._left_behind)
+        drive = self._followed(LEAVING, _planned(lambda: _plan_leaving(area, pallet)), area)
+        self._refuse_meeting(area, replace(pallet, pose=self.set_down_at))
+        return self._arrived(end, drive)
 
     def raise_forks(self) -> None:
         """Raise the forks with the pallet. Raises ActionError without one."""
@@ -302,6 +303,13 @@ def is_near(at: Array, wanted: Array) -> bool:
     """
     off = deviation(at, wanted)
     return off.distance <= NEAR[0] and off.turn <= NEAR[1]
+
+
+def _plan_leaving(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
+    """Plan a drive from in, or right before, a pallet that was set down, or from farther off past it."""
+    past = replace(area, boxes=(*area.boxes, pallet.footprint))
+    is_out = clearances(past, area.start[None])[0, -1] >= area.margin
+    return plan_drive(past) if is_out else plan_exit(area, pallet)
 
 
 def _planned(plan: Callable[[], DrivePlan]) -> DrivePlan:

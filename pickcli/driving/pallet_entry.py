@@ -270,7 +270,7 @@ def _prove_straight(area: DrivingArea, pallet: StatedPallet, path: SteeringPath,
     ):  # fmt: skip
         if (met := first_encounter(part, path, area.margin)) is not None:
             detail = f"{met.clearance:.3f} m from {met.name}, {area.margin:g} m are to be kept"
-            raise NoPlanError(what, [Reason("not free", "the straight end", detail)])
+            raise NoPlanError(what, [Reason("not free", "the straight part", detail)])
 
 
 def _refuse_forks(area: DrivingArea, pallet: StatedPallet) -> None:

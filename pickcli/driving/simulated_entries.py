@@ -211,7 +211,7 @@ class _Entry:
     def _look(self, controller: TrackingController, truck: NoisyTruck, seed: int) -> None:
         """Take a picture; if the pallet is elsewhere than the path leads, change the path if it can be."""
         travel = float(controller.travel[0] + controller.speed[0] * LATENCY)
-        if controller.travel[0] > self._straight_at:
+        if controller.speed.any() and controller.travel[0] > self._straight_at:
             return
         believed = truck.believed[0]
         try:

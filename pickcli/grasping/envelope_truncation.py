@@ -45,9 +45,10 @@ class Truncation:
         envelope: The largest part that is proven free; None if there is none.
         kept: Its share of the coordinates' ranges.
         cone_share: Its share of the angles of both cones.
-        roll_share: Share of a free roll that is left, 1 if all of it is or if it was not free.
-        against: What is in the way of most poses of the whole envelope that are not free; None if all of some
-            are.
+        roll_share: Width of the window of the roll that is left, as a share of a full turn; 1 if the roll was
+            not free, or all of it is left.
+        against: What most of the poses of the whole envelope that are not free meet; None if the whole
+            envelope is kept.
     """
 
     envelope: Envelope | None

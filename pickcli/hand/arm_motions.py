@@ -88,10 +88,12 @@ class ArmMotion:
     Attributes:
         plan: The plan.
         scene: The scene, whose arm has the hand on its flange.
+        end: Which of the ends that were offered to it, it leads to.
     """
 
     plan: Plan
     scene: Scene
+    end: int
 
 
 def plan_to_pre_grasp(
@@ -137,6 +139,10 @@ def plan_to_cluster(
 ) -> tuple[ArmMotion, ClusterApproach]:
     """Plan to before a cluster, from where the level way to it, and up from there, meets nothing else.
 
+    The motion is certified. Of what follows, the way in and up, on which the arm is compliant and pads touch
+    items of the cluster, the open hand is proven to be free of everything but these; what it takes along is
+    not known before.
+
     Args:
         scene: The scene as perceived.
         carried: The open hand.
@@ -173,9 +179,7 @@ def plan_to_cluster(
         failures += Reason("no free pose before the cluster", "cluster")
     ends = [start[None] for start in starts[:MOST_GOALS]]
     planned = motion.certified("cluster", ends, SegmentKind.TRANSIT, failures)
-    (q_end,) = planned.plan.trajectory.sample(np.array([planned.plan.trajectory.duration]))
-    off = [np.abs(start - q_end).max() for start in starts]
-    return planned, found[int(np.argmin(off))]
+    return planned, found[planned.end]
 
 
 def plan_to_place(scene: Scene, carried: HandLoad, q: Array, held: HeldObject, seed: int) -> ArmMotion:
@@ -324,22 +328,23 @@ class _Motion:
     def certified(self, label: str, ends: list[Array], kind: SegmentKind, failures: Failures) -> ArmMotion:
         """Return a certified coarse motion to any of the ends (N, n), and along it. Raises NoPlanError."""
         limits, mode = SegmentLimits(max_tool_speed=LINE_SPEED), Mode(self.state)
-        left = list(ends)
+        left = list(range(len(ends)))
         for _ in range(min(MOST_PLANS, len(ends))):
-            starts = np.stack([end[0] for end in left])
+            starts = np.stack([ends[k][0] for k in left])
             coarse = plan_coarse(
                 self.context, self.checker, self.q, starts, [0.0] * len(left), self.seed, label
             )
             if isinstance(coarse, Failures):
                 failures += coarse
                 break
-            end = left.pop(coarse.goal)
+            k = left.pop(coarse.goal)
+            end = ends[k]
             last = [MotionSegment(kind, end, limits, mode=mode)] if len(end) > 1 else []
             segments = [coarse.segment(SegmentKind.TRANSIT, mode), *last]
             plan = stitch_run(self.context, self.scene, segments, label, self.seed)
             judged = plan if isinstance(plan, Failures) else certifier(self.scene)(plan)
             if isinstance(judged, Plan):
-                return ArmMotion(judged, self.scene)
+                return ArmMotion(judged, self.scene, k)
             failures += judged
         raise NoPlanError(label, failures)
 

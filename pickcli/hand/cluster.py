@@ -89,6 +89,24 @@ class Cluster:
 
 
 def _gap(a: PlacedItem, b: PlacedItem) -> float:
-    """Distance (m) of the circles around two upright items, seen from above."""
-    apart = float(np.hypot(*(a.T_world_item - b.T_world_item)[:2, 3]))
-    return apart - sum(float(each.item.shape.extents[:2].max()) / 2 for each in (a, b))
+    """Least distance (m) of two upright items, seen from above: the widest gap along any of some directions.
+
+    These are from middle to middle and across the sides of boxes, so that two corners may be farther apart.
+    """
+    between = (b.T_world_item - a.T_world_item)[:2, 3]
+    sides = [each.T_world_item[:2, :2].T for each in (a, b) if _is_box(each)]
+    along = np.vstack([between[None], *sides])
+    along /= np.linalg.norm(along, axis=1, keepdims=True).clip(1e-9)  # middles may fall together
+    return float((np.abs(along @ between) - _half_width(a, along) - _half_width(b, along)).max())
+
+
+def _is_box(each: PlacedItem) -> bool:
+    return len(each.item.shape.size) == 3
+
+
+def _half_width(each: PlacedItem, along: Array) -> Array:
+    """Half the width (N,) m of an upright item along level directions (N, 2)."""
+    half = each.item.shape.extents[:2] / 2
+    if _is_box(each):
+        return np.asarray(np.abs(along @ each.T_world_item[:2, :2]) @ half)
+    return np.full(len(along), float(half.max()))

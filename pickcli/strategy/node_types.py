@@ -192,11 +192,15 @@ _OF_COMMISSIONS = (
     ),
     NodeType(
         "has_open_items", NodeKind.CONDITION, "HasOpenItems",
-        "Whether an item of the commission is neither on the pallet nor given up.",
+        "Whether an item of the commission is neither on the pallet, nor lost, nor given up.",
+    ),
+    NodeType(
+        "is_item_open", NodeKind.CONDITION, "IsItemOpen",
+        "Whether the chosen item is neither on the pallet, nor lost, nor given up.",
     ),
     NodeType(
         "choose_item", NodeKind.ACTION, "ChooseItem",
-        "Chooses the first open item; fails if there is none.",
+        "Chooses the open item whose place is filled first; fails if there is none.",
     ),
     NodeType(
         "look_at_load", NodeKind.ACTION, "LookAtLoad",
@@ -208,7 +212,10 @@ _OF_COMMISSIONS = (
         "Plans, verifies and executes the way of the chosen item from the load to its place on the pallet; "
         "succeeds if it stands there.",
     ),
-    NodeType("skip_item", NodeKind.ACTION, "SkipItem", "Gives the chosen item up: it stays where it is."),
+    NodeType(
+        "skip_item", NodeKind.ACTION, "SkipItem",
+        "Gives the chosen item up, if it is open: it stays where it is.",
+    ),
     NodeType(
         "home_arm", NodeKind.ACTION, "HomeArm",
         "Plans, verifies and executes a move of the arm to its home; succeeds if it is there.",

@@ -94,3 +94,16 @@ def test_a_product_for_which_the_hand_has_no_currents_is_refused(tmp_path: Path)
     answer = apc("run-trial", path, "--cell", "apple_booth_belts", "-o", tmp_path / "out")
     refused(answer, 3, path, "cannot take jar, for which the hand apple has no currents", "beer")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "product", [{"cylinder": [0.029, 0.2], "mass": 0.358}, {"cylinder": [0.029, 0.146], "mass": 0.5}]
+)
+def test_a_product_that_is_not_the_object_of_its_name_is_refused(product: Any, tmp_path: Path) -> None:
+    def other(data: dict[str, Any]) -> None:
+        few(data, "coke")
+        data["products"]["coke"] = product
+
+    path = written(tmp_path, other)
+    answer = apc("run-trial", path, "--cell", "apple_booth_belts", "-o", tmp_path / "out")
+    refused(answer, 3, path, "has the currents of another object, 0.058 m wide and 0.146 m high, 0.358 kg")

@@ -105,7 +105,7 @@ REFUSALS: dict[str, tuple[Change, str]] = {
     ),
     "edge": (
         lambda d: d["items"][0].update(position=[-0.29, 0]),
-        "beer, which stands over the edge of the load",
+        "beer at -0.29, 0, which stands 23 mm over the edge of the load, 0.6 x 0.4 m",
     ),
     "room": (
         lambda d: d.update(filled={"low": [0.35, -0.05], "high": [0.55, 0.05]}),

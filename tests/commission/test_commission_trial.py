@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pickcli.commission import commission_truck
 from pickcli.commission.commission import LOAD, PALLET
 from pickcli.commission.commission_arm import CommissionArm
 from pickcli.commission.commission_record import commission_record
@@ -252,6 +253,55 @@ def test_the_arm_at_home_is_within_the_truck(station: CommissionStation) -> None
     tip = Arm(cell.robot).tip(cell.home.q, cell.home.tool_state)[:3, 3]
     assert -truck.back < tip[0] - HAND and abs(tip[1]) + HAND < truck.width / 2
     assert cell.robot.T_world_base[0, 3] + 0.15 < truck.front
+
+
+@pytest.mark.parametrize(("name", "size"), [("box_45", [0.045, 0.045, 0.14]), ("box", [0.045, 0.06, 0.14])])
+def test_a_square_box_may_be_turned_by_quarters_and_another_by_halves(
+    name: str, size: list[float], tmp_path: Path
+) -> None:
+    turns = []
+    for quarters in range(4):
+
+        def change(data: dict[str, Any], yaw: float = 0.3 + quarters * np.pi / 2) -> None:
+            data["products"][name] = {"box": size, "mass": 0.146}
+            data["items"] = [{"product": name, "position": [0.0, 0.0], "yaw": yaw}]
+
+        arm = _arm(station_of(written(tmp_path, change)))
+        try:
+            arm.put_up(arm.station.at_load, arm.station.pallet_in_truck)
+            turns.append(arm.item_off(name).turn)
+        finally:
+            arm.close()
+    quarter = 0.3 if name == "box_45" else np.pi / 2 - 0.3
+    assert turns == pytest.approx([0.3, quarter] * 2, abs=0.01)
+
+
+def test_the_truck_leaves_the_pallet_it_delivered_and_keeps_away_from_it(station: CommissionStation) -> None:
+    truck = CommissionTruck(station, DriveNoise(), 3)
+    inside = with_thing_at(station.commission.delivery, station.pallet_in_truck)
+    truck.on_forks, truck.is_raised = station.pallet_in_truck, True
+    _stand(truck, inside)
+    truck.set_down()
+    first = truck.leave()
+    assert first is not None and first.figures["pallet_gap_m"] > 0.0 and truck.leave() is None
+    out = np.array([0.9 * station.commission.pallet.shape.length, 0.0, 0.0])
+    _stand(truck, inside + out)  # as if it had braked there
+    again = truck.leave()
+    assert again is not None and again.figures["pallet_gap_m"] > 0.0 and truck.n_collisions == 0
+
+
+def _stand(truck: CommissionTruck, at: Array) -> None:
+    truck._truck.true[0] = truck._truck.believed[0] = at
+
+
+def test_a_pallet_that_is_met_is_not_on_the_forks(
+    station: CommissionStation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(commission_truck, "pallet_gap", lambda *_: -0.01)
+    truck = CommissionTruck(station, DriveNoise(), 3)
+    with pytest.raises(ActionError, match="met the pallet, 10 mm deep"):
+        truck.enter()
+    assert truck.on_forks is None and truck.n_collisions == 1
 
 
 # The command -----------------------------------------------------------------------------------------

@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.commission.commission_file import read_commission
-from pickcli.geometry import Array, pose
+from pickcli.driving.driving_area import FloorBox
+from pickcli.driving.free_space_proof import rectangle_distances
+from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.hand.cluster import BESIDE, ROOM, Cluster
 from pickcli.hand.pre_grasps import APART, random_cluster, rectangular_cluster
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -35,6 +37,24 @@ def test_a_cluster_is_all_that_stands_close_one_by_one() -> None:
     assert set(Cluster.around(scene, "coke#0").names) == {"coke#0", "coke#1", "coke#2"}
     assert Cluster.around(scene, "coke#3").names == ("coke#3",)
     assert Cluster.around(scene, "bull").names == ("bull",)
+
+
+@given(x=st.floats(-0.12, 0.12), y=st.floats(-0.12, 0.12), yaws=st.tuples(*[st.floats(-4.0, 4.0)] * 2))
+def test_boxes_form_a_cluster_by_the_distance_of_their_sides(
+    x: float, y: float, yaws: tuple[float, float]
+) -> None:
+    box = next(each.item for each in read_commission(SHIPPED).items if each.item.name == "box_50")
+    a, b = (FloorBox("", at, (0.05, 0.05), yaw) for at, yaw in zip(((0.0, 0.0), (x, y)), yaws, strict=True))
+    boxes = [
+        PlacedItem(
+            f"box#{k}", box, "load", pose((*each.centre, 0.73), R=rotation_axis_angle((0, 0, 1), each.yaw))
+        )
+        for k, each in enumerate((a, b))
+    ]
+    names = Cluster.around(scene_of(np.empty((0, 2)), *boxes), "box#0").names
+    distance = rectangle_distances(a.corners[None], b.corners)[0]
+    assert len(names) == 2 or distance >= ROOM
+    assert len(names) == 1 or distance <= 1.42 * ROOM  # two corners are nearer across a side
 
 
 @given(seed=st.integers(0, 10_000))

@@ -37,10 +37,14 @@ def test_what_is_rolled_out_is_free_all_along_and_ends_where_it_was_to(seed: int
     checker = CONTEXT.checker_for(empty_scene(CELL), Mode(STATE))
     Q = CONTEXT.arm.random_seeds(np.random.default_rng(seed), 40)
     goals = Q[checker.are_valid(Q)][:2]
-    found = roll_out_to(CONTEXT, checker, HOME, goals, STATE, seed)
+    stuck: dict[bytes, Reason] = {}
+    found = roll_out_to(CONTEXT, checker, HOME, goals, STATE, seed, stuck)
     if isinstance(found, Failures):
         ends = {End.LOCAL_MINIMUM.value, End.NOT_PROVEN.value, End.OUT_OF_TIME.value}
         assert len(found.reasons) == len(goals) and {each.what for each in found.reasons} <= ends
+        again = roll_out_to(CONTEXT, checker, HOME, goals[::-1], STATE, seed, stuck)
+        assert isinstance(again, Failures) and set(again.reasons) == set(found.reasons)
+        assert len(stuck) == len(goals)
         return
     assert isinstance(found, CoarsePath) and found.source == "controller"
     np.testing.assert_array_equal(found.waypoints[0], HOME)
@@ -52,7 +56,7 @@ def test_most_goals_in_an_empty_cell_are_reached() -> None:
     checker = CONTEXT.checker_for(empty_scene(CELL), Mode(STATE))
     Q = CONTEXT.arm.random_seeds(np.random.default_rng(1), 60)
     goals = Q[checker.are_valid(Q)][:12]
-    ended = [roll_out_to(CONTEXT, checker, HOME, goal[None], STATE, 1) for goal in goals]
+    ended = [roll_out_to(CONTEXT, checker, HOME, goal[None], STATE, 1, {}) for goal in goals]
     assert sum(isinstance(each, CoarsePath) for each in ended) >= 9
 
 

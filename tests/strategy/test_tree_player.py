@@ -19,6 +19,7 @@ class Scripted:
     def __init__(self, **failures: int) -> None:
         self.failures, self.done = failures, list[str]()
         self.open = ["a", "b"]
+        self.chosen, self.loses = "", False
         self.now, self.time_left = 0.0, 100.0
 
     def run(self, name: str, arguments: Mapping[str, Argument]) -> tuple[bool, str]:
@@ -26,13 +27,19 @@ class Scripted:
         self.now += 1.0
         if name == "has_open_items":
             return bool(self.open), ""
+        if name == "is_item_open":
+            return self.chosen in self.open, ""
         self.done.append(label)
         key = label.replace(" ", "_")
         if self.failures.get(key, 0) > 0:
             self.failures[key] -= 1
+            if name == "transfer_item" and self.loses:
+                self.open.remove(self.chosen)
             return False, ""
-        if name in ("transfer_item", "skip_item"):
-            self.open.pop(0)
+        if name == "choose_item":
+            self.chosen = self.open[0]
+        if name in ("transfer_item", "skip_item") and self.chosen in self.open:
+            self.open.remove(self.chosen)
         return True, ""
 
 
@@ -66,6 +73,14 @@ def test_an_item_is_looked_at_again_and_then_skipped() -> None:
     assert played(scripted) is True
     first = ["choose_item", "transfer_item", "look_at_load", "transfer_item", "skip_item"]
     assert scripted.done == [*CHAIN, *first, "choose_item", "transfer_item", *END]
+
+
+def test_an_item_that_is_lost_is_not_tried_again() -> None:
+    scripted = Scripted(transfer_item=1)
+    scripted.loses = True
+    assert played(scripted) is True
+    lost = ["choose_item", "transfer_item", "skip_item"]
+    assert scripted.done == [*CHAIN, *lost, "choose_item", "transfer_item", *END]
 
 
 def test_a_look_that_tells_of_a_bad_stand_has_the_truck_drive_again() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.motion_segment import Mode, MotionSegment
-from pickcli.errors import Failures
+from pickcli.errors import Failures, Reason
 from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.coarse_motion import plan_coarse, plan_on_hand_lattice
@@ -51,10 +51,11 @@ def transits_to_grasps(
     groups = {state: [f for f in grasps if f.grasp.tool_state == state] for state in states}
     heads: dict[ToolState, GraspTransit] = {}
     experience: tuple[QueryExperience, ...] = ()
+    stuck: dict[bytes, Reason] = {}
     todo = list(groups)
     while todo or heads:
         for state in filter(groups.__getitem__, todo):
-            head = _reached(problem, groups[state], start)
+            head = _reached(problem, groups[state], start, stuck)
             if isinstance(head, Failures):
                 yield head
             else:
@@ -70,8 +71,10 @@ def transits_to_grasps(
         todo = [best]
 
 
-def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -> GraspTransit | Failures:
-    """Plan the fastest way to one of several grasps with one tool state."""
+def _reached(
+    problem: PickProblem, group: Sequence[GraspMotion], start: Start, stuck: dict[bytes, Reason]
+) -> GraspTransit | Failures:
+    """Plan the fastest way to one of several grasps with one tool state, past roll-outs that got stuck."""
     context, state = problem.context, group[0].grasp.tool_state
     # While the tool changes its state on the way, its whole swept volume must be free.
     mode = Mode(state if state == start.tool_state else MOVING, reserve=COARSE_RESERVE)
@@ -83,7 +86,7 @@ def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -
     checker = context.checker_for(problem.scene, mode)
     rolled = None
     if context.settings.approach is GraspApproach.REACTIVE:
-        rolled = roll_out_to(context, checker, start.q, goals, state, seed)
+        rolled = roll_out_to(context, checker, start.q, goals, state, seed, stuck)
     coarse: CoarsePath | Failures
     if isinstance(rolled, CoarsePath):
         coarse = rolled
@@ -92,7 +95,7 @@ def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -
     else:
         coarse = plan_coarse(context, checker, start.q, goals, extra, seed, "transit")
     if isinstance(coarse, Failures):
-        return coarse
+        return rolled + coarse if isinstance(rolled, Failures) else coarse
     transit = coarse.segment(SegmentKind.TRANSIT, replace(mode, reserve=0.0))
     cost = coarse.duration + extra[coarse.goal]
     is_rolled_out = None if rolled is None else coarse is rolled

@@ -36,7 +36,13 @@ _log = logging.getLogger(__name__)
 
 
 def roll_out_to(
-    context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array, state: ToolState, seed: int
+    context: PlanningContext,
+    checker: SceneChecker,
+    q_start: Array,
+    goals: Array,
+    state: ToolState,
+    seed: int,
+    stuck: dict[bytes, Reason],
 ) -> CoarsePath | Failures:
     """Let the controller run from the start to the nearest of several configurations, or the next one.
 
@@ -47,6 +53,8 @@ def roll_out_to(
         goals: (G, n) configurations.
         state: State of the tool there.
         seed: Seed of the shortcuts.
+        stuck: How roll-outs from this start ended that did not reach their goal, by its bytes; these are not
+            repeated, and new ones are added.
 
     Returns:
         The motion; or how each roll-out ended.
@@ -56,6 +64,10 @@ def roll_out_to(
     failures, file = Failures(), _stack()
     nearest = np.argsort(np.linalg.norm(goals - q_start, axis=1), kind="stable")
     for k in nearest[checker.are_valid(goals[nearest])].tolist():
+        goal = goals[k].tobytes()
+        if goal in stuck:
+            failures += stuck[goal]
+            continue
         controlled = ControlledArm(context.arm, state, checker, {GIVEN: goals[k]})
         run = _run(ControlScene(file.stack(controlled), checker), q_start, file.period)
         is_near = float(run.errors["posture"][-1]) <= NEAR
@@ -66,7 +78,8 @@ def roll_out_to(
             ).waypoints
             return CoarsePath(short, k, estimated_duration(context.space, short), CONTROLLER)
         detail = f"after {run.duration:.2f} s, a joint off by {float(run.errors['posture'][-1]):.3g}"
-        failures += Reason(run.end.value, "controller", detail)
+        stuck[goal] = Reason(run.end.value, "controller", detail)
+        failures += stuck[goal]
     _log.info(
         "no roll-out reached a grasp, a planner takes over: %s", [str(each) for each in failures.reasons]
     )
