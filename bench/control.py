@@ -5,7 +5,8 @@
 The scenes are those of ``bench.envelopes``. Obstacles: balls, boxes and cylinders at random places around the
 way of the hand to a pose; the least distance is judged at the instants and at four places between each two.
 Moved target: by 20 mm and 5 degrees at a random moment of the approach; it counts where the hand is in the
-envelope when it arrives. A step is all that an instant of control takes: rows, hierarchical QP, and proof.
+envelope when it arrives; a target that is moved into the hand is counted apart. A step is all that an instant
+of control takes: rows, hierarchical QP, and proof.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from __future__ import annotations
 import argparse
 import time
 from collections import Counter
-from collections.abc import Iterator
 
 import numpy as np
 from rich.console import Console
@@ -33,9 +33,11 @@ from pickcli.control.tasks.task import ControlState
 from pickcli.control.tasks.tool_task import ToolTask
 from pickcli.geometry import Array, pose, rotation_from_vector
 from pickcli.grasping.envelope import Alignment, Envelope
-from pickcli.grasping.envelope_truncation import free_sectors
 from pickcli.kernel import SurfaceKind
 from pickcli.kinematics.arm import ToolGoal
+from pickcli.motion.path import JointPath
+from pickcli.path_planning.shortcutting import shorten
+from pickcli.planning.envelope_roll_outs import EnvelopeRollOut, best_of, roll_out_into
 from pickcli.planning.region_query import RegionChecks, RegionProblem, plan_to_region
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_seed
@@ -76,50 +78,47 @@ class Control:
         )
         return Stack(levels, goal="envelope", deceleration=limits.acceleration)
 
-    def run(self, scene: Scene, envelope: Envelope) -> RollOut:
+    def run(self, scene: Scene, envelope: Envelope, start: Array) -> RollOut:
         """Let the controller run in a scene that does not change."""
         checker = self.checker(scene)
         now = ControlScene(self.stack(checker, envelope, scene.items[0].T_world_item), checker)
-        return roll_out(lambda _: now, self.bench.home, MOST_SECONDS)
+        return roll_out(lambda _: now, start, MOST_SECONDS)
+
+    def tool(self, scene: Scene) -> FreeToolChecker:
+        """Return the checker of the tool without the arm, whose fingers may touch the target."""
+        contacts = AllowedContacts.at_any_depth(["target"])
+        return FreeToolChecker(self.bench.model, scene, self.bench.state, np.eye(3), contacts)
 
     def envelopes(self, scene: Scene) -> tuple[Envelope, ...]:
         """Return the envelopes of the target's side."""
-        contacts = AllowedContacts.at_any_depth(["target"])
-        tool = FreeToolChecker(self.bench.model, scene, self.bench.state, np.eye(3), contacts)
-        return self.bench.envelopes(scene, tool)
+        return self.bench.envelopes(scene, self.tool(scene))
 
-    def best(self, scene: Scene) -> tuple[Envelope, RollOut]:
-        """Run for one envelope after the other, then for what is free of them, until one is reached."""
-        runs = []
-        for envelope in self.parts(scene):
-            runs.append((envelope, self.run(scene, envelope)))
-            if runs[-1][1].end is End.REACHED:
-                break
-        return runs[-1]
+    def best(self, scene: Scene, start: Array) -> EnvelopeRollOut:
+        """Run into the envelopes, and if none is reached into what is free of them."""
+        ended = roll_out_into(
+            lambda envelope: self.run(scene, envelope, start),
+            "envelope", self.envelopes(scene), scene.items[0].T_world_item, self.tool(scene),
+        )  # fmt: skip
+        return best_of(ended)
 
-    def parts(self, scene: Scene) -> Iterator[Envelope]:
-        """Yield the envelopes of the target's side, then their free parts, the largest ones first."""
-        whole = self.envelopes(scene)
-        yield from whole
-        tool = FreeToolChecker(
-            self.bench.model, scene, self.bench.state, np.eye(3), AllowedContacts.at_any_depth(["target"])
-        )
-        found = [free_sectors(each, scene.items[0].T_world_item, tool) for each in whole]
-        yield from (each[0] for each in found if each)
-        yield from (sector for each in found for sector in each[1:])
+    def shortened(self, scene: Scene, run: RollOut, seed: int) -> float:
+        """Return the travel in rad of a roll-out that is shortened like a planned path."""
+        path = JointPath(self.bench.arm.names, run.Q)
+        return travel(shorten(self.checker(scene), self.bench.space, path, seed=seed).waypoints)
 
     def region(self, scene: Scene, start: Array, seed: int) -> float | None:
         """Return the travel in rad of the region query's path from a start, None without one."""
-        bench, contacts = self.bench, AllowedContacts.at_any_depth(["target"])
-        tool = FreeToolChecker(bench.model, scene, bench.state, np.eye(3), contacts)
+        bench, tool = self.bench, self.tool(scene)
         problem = RegionProblem(bench.envelopes(scene, tool), scene.items[0].T_world_item, bench.state, start)
         path = plan_to_region(
             bench.arm, bench.space, problem, RegionChecks(tool.are_valid_at, self.checker(scene)), seed
         )
         return None if path is None else travel(path.waypoints)
 
-    def follow(self, scene: Scene, nominal: RollOut, envelope: Envelope, rng: np.random.Generator) -> RollOut:
-        """Let the controller run, and move the target meanwhile."""
+    def follow(
+        self, scene: Scene, nominal: EnvelopeRollOut, rng: np.random.Generator
+    ) -> tuple[Scene, RollOut]:
+        """Let the controller run, and move the target meanwhile; where it gets stuck, it chooses anew."""
         target = scene.items[0]
         moved = target.T_world_item.copy()
         moved[:3, 3] += MOVED * _direction(rng)
@@ -128,12 +127,15 @@ class Control:
             scene.cell, scene.T_world_pod,
             (PlacedItem(target.id, target.item, target.location, moved), *scene.items[1:]), scene.noise,
         )  # fmt: skip
-        when = rng.uniform(0.0, nominal.duration)
+        when = rng.uniform(0.0, nominal.run.duration)
         scenes = []
         for each, T in ((scene, target.T_world_item), (later, moved)):
             checker = self.checker(each)
-            scenes.append(ControlScene(self.stack(checker, envelope, T), checker))
-        return roll_out(lambda t: scenes[int(t >= when)], self.bench.home, MOST_SECONDS)
+            scenes.append(ControlScene(self.stack(checker, nominal.envelope, T), checker))
+        run = roll_out(lambda t: scenes[int(t >= when)], self.bench.home, MOST_SECONDS)
+        if run.end is not End.REACHED and self.checker(later).is_valid(run.Q[-1]):
+            run = self.best(later, run.Q[-1]).run
+        return later, run
 
     def past_obstacles(self, rng: np.random.Generator) -> tuple[float, End]:
         """Run to a random pose among random bodies; return the least distance, and how it ended."""
@@ -173,7 +175,7 @@ class Control:
         """Return s (n,) that steps of control take, with proof."""
         checker = self.checker(scene)
         stack = self.stack(checker, self.envelopes(scene)[0], scene.items[0].T_world_item)
-        Q, found = self.run(scene, self.envelopes(scene)[0]).Q, []
+        Q, found = self.run(scene, self.envelopes(scene)[0], self.bench.home).Q, []
         for i in range(n):
             state = ControlState(Q[i % len(Q)], np.zeros(self.bench.arm.n), 0.01)
             start = time.perf_counter()
@@ -204,32 +206,38 @@ def main() -> None:
     options = parser.parse_args()
     control = Control()
     table = Table(
-        "scene", "reached", "more by region", "s, mean", "travel, rad", "of region's", "ends", "moved: in it"
-    )
+        "scene", "reached", "more by region", "s, mean", "travel, rad", "of region's", "shortened", "ends",
+        "moved: in it", "more by region", "hit by it",
+    )  # fmt: skip
     for kind in KINDS:
         rng = np.random.default_rng([options.seed, len(kind)])
-        ends, lengths, seconds, ratios, followed, handed_over = Counter[str](), [], [], [], [], 0
+        ends, lengths, seconds, ratios, followed = Counter[str](), [], [], [], []
+        handed_over = handed_over_moved = hit = 0
         for k in range(options.scenes):
             scene = scene_of(control.bench, rng, kind)
-            envelope, found = control.best(scene)
-            ends[found.end.value] += 1
+            best = control.best(scene, control.bench.home)
+            ends[best.run.end.value] += 1
             seed = derived_seed("bench", options.seed, k)
-            if found.end is not End.REACHED:
-                handed_over += control.region(scene, found.Q[-1], seed) is not None
+            if not best.is_reached:
+                handed_over += control.region(scene, best.run.Q[-1], seed) is not None
                 continue
-            lengths.append(travel(found.Q))
-            seconds.append(found.duration)
+            lengths.append(best.travel)
+            seconds.append(best.run.duration)
             theirs = control.region(scene, control.bench.home, seed)
             if theirs is not None:
-                ratios.append((lengths[-1], theirs))
-            moved = np.random.default_rng([options.seed, k])
-            followed.append(control.follow(scene, found, envelope, moved).end is End.REACHED)
-        ours, theirs_sum = np.sum(ratios, axis=0) if ratios else (np.nan, np.nan)
+                ratios.append((lengths[-1], control.shortened(scene, best.run, seed), theirs))
+            later, run = control.follow(scene, best, np.random.default_rng([options.seed, k]))
+            followed.append(run.end is End.REACHED)
+            if not followed[-1]:
+                handed_over_moved += control.region(later, run.Q[-1], seed) is not None
+                hit += float(control.checker(later).clearances(run.Q[-1:])[0]) <= 0.0
+        ours, shortened, by_region = np.sum(ratios, axis=0) if ratios else (np.nan,) * 3
         told = ", ".join(f"{n} {end}" for end, n in ends.most_common() if end != End.REACHED.value)
         table.add_row(
             kind, f"{len(lengths)} of {options.scenes}", f"{handed_over}",
             f"{np.mean(seconds):.2f}", f"{np.mean(lengths):.2f}",
-            f"{ours / theirs_sum:.2f}", told, f"{sum(followed)} of {len(followed)}",
+            f"{ours / by_region:.2f}", f"{shortened / by_region:.2f}", told,
+            f"{sum(followed)} of {len(followed)}", f"{handed_over_moved}", f"{hit}",
         )  # fmt: skip
     Console().print(table)
     rng = np.random.default_rng([options.seed, 99])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,18 +16,18 @@ from pickcli.commands.options.scene_options import open_scene, scene_options
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from pickcli.cell.cell import Cell
     from pickcli.control.roll_out import RollOut
     from pickcli.control.stack_file import StackFile
     from pickcli.geometry import Array
     from pickcli.grasping.envelope import Envelope
+    from pickcli.planning.envelope_roll_outs import EnvelopeRollOut
     from pickcli.planning.item_envelopes import ItemEnvelopes
     from pickcli.planning.planning_context import PlanningContext
 
 N_SHOWN = 10  # about, instants in the table
-Ended: TypeAlias = "tuple[Envelope, RollOut]"
 
 
 @click.command("roll-out", cls=Command)
@@ -35,7 +35,7 @@ Ended: TypeAlias = "tuple[Envelope, RollOut]"
 @scene_options
 @click.option("--item", "item_name", metavar="ITEM", required=True, help="Item to grasp: its id or name.")
 @click.option("--envelope", "envelope_name", metavar="NAME",
-              help="Envelope of the item (see apc show-envelope).  [default: all in turn]")  # fmt: skip
+              help="Envelope of the item (see apc show-envelope).  [default: all]")  # fmt: skip
 @start_option
 @click.option("--seconds", type=FiniteRange(0.1, 600.0), default=20.0, show_default=True, metavar="S",
               help="Longest duration of a roll-out.")  # fmt: skip
@@ -58,9 +58,9 @@ def command(
     Example:
       apc roll-out grasp --scene scene.json --item kleenex_tissue_box -o run.csv
     """
-    from pickcli.control.roll_out import End
     from pickcli.control.stack_file import read_stack, stack_file
     from pickcli.files.atomic_write import write_bytes
+    from pickcli.planning.envelope_roll_outs import best_of, roll_out_into
     from pickcli.planning.item_envelopes import ItemEnvelopes
     from pickcli.planning.planning_context import PlanningContext
 
@@ -72,21 +72,20 @@ def command(
     context = PlanningContext(scene.cell)
     found = ItemEnvelopes.of(context, scene, scene.find(item_name), scene.cell.robot.tool.default_state)
     q, _ = parse_configuration(scene.cell, start)
-    ended: list[Ended] = []
     chosen = _chosen(found, envelope_name)
-    for envelope in _in_turn(found, chosen):
-        ended.append((envelope, _run(file, context, found, envelope, q, seconds)))
-        if ended[-1][1].end is End.REACHED:
-            break
-    envelope, run = min(ended, key=lambda each: _left(file, each[1]))
-    write_bytes(output, _csv(scene.cell, file, run).encode(), overwrite)
-    if run.end is not End.REACHED:
+    ended = roll_out_into(
+        lambda envelope: _run(file, context, found, envelope, q, seconds),
+        file.model.goal, chosen, found.target.T_world_item, found.tool,
+    )  # fmt: skip
+    best = best_of(ended)
+    write_bytes(output, _csv(scene.cell, file, best.run).encode(), overwrite)
+    if not best.is_reached:
         raise _not_reached(context, found, ended, len(chosen), file, seed)
     if as_json:
-        emit_json(_as_json(file, envelope, run, output))
+        emit_json(_as_json(file, best, output))
         return
-    _print(file, envelope, run)
-    click.echo(f"wrote {output}: {len(run.Q)} instants")
+    _print(file, best)
+    click.echo(f"wrote {output}: {len(best.run.Q)} instants")
 
 
 def _chosen(found: ItemEnvelopes, name: str | None) -> tuple[Envelope, ...]:
@@ -96,16 +95,6 @@ def _chosen(found: ItemEnvelopes, name: str | None) -> tuple[Envelope, ...]:
     if not named:
         raise UnknownNameError("envelope", name, [each.name for each in found.envelopes], "--envelope")
     return named
-
-
-def _in_turn(found: ItemEnvelopes, chosen: Sequence[Envelope]) -> Iterator[Envelope]:
-    """Yield envelopes, then what of them is free, then its sectors."""
-    from pickcli.grasping.envelope_truncation import free_sectors
-
-    yield from chosen
-    parts = [free_sectors(each, found.target.T_world_item, found.tool) for each in chosen]
-    yield from (each[0] for each in parts if each)
-    yield from (sector for each in parts for sector in each[1:])
 
 
 def _run(
@@ -127,30 +116,26 @@ def _run(
     return roll_out(lambda _: now, q, seconds, file.period)
 
 
-def _left(file: StackFile, run: RollOut) -> float:
-    """Return the error of the goal at the end."""
-    return float(run.errors[file.model.goal][-1])
-
-
 def _not_reached(
     context: PlanningContext,
     found: ItemEnvelopes,
-    ended: Sequence[Ended],
+    ended: Sequence[EnvelopeRollOut],
     n_whole: int,
     file: StackFile,
     seed: int,
 ) -> NoPlanError:
     """Explain where roll-outs ended, which level gave way, and what a region query finds from there."""
+    from pickcli.planning.envelope_roll_outs import best_of
+
     reasons = []
-    for envelope, run in ended[:n_whole]:
-        detail = f"after {run.duration:.2f} s, {file.model.goal} off by {_left(file, run):.3g}"
+    for each in ended[:n_whole]:
+        run, detail = each.run, f"after {each.run.duration:.2f} s, {file.model.goal} off by {each.left:.3g}"
         if len(run.slack):
             above = next(i for i, names in enumerate(file.task_names) if file.model.goal in names) + 1
             level = int(run.slack[-1, :above].argmax())
             detail += f"; level {level + 1} ({', '.join(file.task_names[level])}) gave way most"
-        reasons.append(Reason(run.end.value, envelope.name, detail))
-    _, nearest = min(ended, key=lambda each: _left(file, each[1]))
-    reasons.append(_by_region_query(context, found, nearest, seed))
+        reasons.append(Reason(run.end.value, each.envelope.name, detail))
+    reasons.append(_by_region_query(context, found, best_of(ended).run, seed))
     parts = f", nor any of {len(ended) - n_whole} free parts of them" if len(ended) > n_whole else ""
     lines = [f"none of {n_whole} envelopes is reached{parts}", *(f"  {reason}" for reason in reasons)]
     return NoPlanError(f"roll-out of {file.name}", reasons, "\n".join(lines))
@@ -182,21 +167,23 @@ def _csv(cell: Cell, file: StackFile, run: RollOut) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _as_json(file: StackFile, envelope: Envelope, run: RollOut, output: Path) -> dict[str, object]:
+def _as_json(file: StackFile, best: EnvelopeRollOut, output: Path) -> dict[str, object]:
+    run = best.run
     return {
-        "path": str(output), "stack": file.name, "envelope": envelope.name, "end": run.end.value,
+        "path": str(output), "stack": file.name, "envelope": best.envelope.name, "end": run.end.value,
         "duration": run.duration, "instants": len(run.Q), "q": run.Q[-1].tolist(),
         "errors": {name: float(each[-1]) for name, each in run.errors.items()},
         "most_slack": run.slack.max(axis=0, initial=0.0).tolist(),
     }  # fmt: skip
 
 
-def _print(file: StackFile, envelope: Envelope, run: RollOut) -> None:
+def _print(file: StackFile, best: EnvelopeRollOut) -> None:
     from rich.table import Table
 
     from pickcli.commands.output.table import stdout_console
 
-    click.echo(f"{file.name}: {envelope.name} reached in {run.duration:.2f} s")
+    run = best.run
+    click.echo(f"{file.name}: {best.envelope.name} reached in {run.duration:.2f} s")
     table = Table("t, s", *(f"{name}, off by" for name in run.errors), *(
         f"slack {i + 1}" for i in range(len(file.task_names))
     ))  # fmt: skip

@@ -12,7 +12,7 @@ from enum import Enum
 
 import numpy as np
 
-from pickcli.collision.motion_validator import MotionValidator
+from pickcli.collision.kernel_validator import KernelValidator
 from pickcli.control.hierarchical_qp import BoundedRows, solve
 from pickcli.control.tasks.task import ControlState, Task
 from pickcli.errors import NoPlanError
@@ -22,6 +22,7 @@ PERIOD = 0.01  # s
 NO_PROGRESS = 0.2  # s without a smaller error, and still: a local minimum
 NO_PROGRESS_MOVING = 2.0  # s without a smaller error while it moves: an overshoot takes less
 STILL = 0.05  # rad/s or m/s
+NO_NEARER = 1e-4  # m by which a step from within the margin is proven to come nearer at most before its end
 LEAST_PROGRESS = 0.01  # of the error, by which it has to shrink in that time
 
 
@@ -62,7 +63,7 @@ class ControlScene:
     """
 
     stack: Stack
-    validator: MotionValidator
+    validator: KernelValidator
 
 
 class End(Enum):
@@ -105,7 +106,9 @@ def roll_out(
     """Let a controller run from rest until its goal is met, or nothing gets better.
 
     Where a step is not proven free, the joints brake instead. The roll-out ends where that is not proven
-    either, where steps are refused until nothing gets better, and where the hierarchy is not solved.
+    either, where steps are refused until nothing gets better, and where the hierarchy is not solved. After
+    something has moved, so near that the margin cannot be kept, the joints brake as long as that is proven to
+    touch nothing, and go on in steps that are proven to lead away.
 
     Args:
         scene_at: What is known at a time in s from the start.
@@ -118,7 +121,7 @@ def roll_out(
     """
     q, dq = np.array(start, dtype=float), np.zeros(len(start))
     record = _Record(period, [q], [], [], [])
-    best, since, refused, stack = np.inf, 0.0, -np.inf, None
+    best, since, refused, stack, has_moved = np.inf, 0.0, -np.inf, None, False
     last = int(most_seconds / period + 1e-9)
     for i in range(last + 1):
         now, state = scene_at(i * period), ControlState(q, dq, period)
@@ -126,6 +129,7 @@ def roll_out(
         if left <= 0.0:
             return record.ended(End.REACHED)
         if left < (1.0 - LEAST_PROGRESS) * best or now.stack is not stack:
+            has_moved |= stack not in (None, now.stack)
             best, since, stack = left, i * period, now.stack
         stalled, is_still = i * period - since, float(np.abs(dq).max()) < STILL
         if stalled > (NO_PROGRESS if is_still else NO_PROGRESS_MOVING):
@@ -136,7 +140,7 @@ def roll_out(
             step = control_step(now.stack, state)
         except NoPlanError:
             return record.ended(End.NOT_SOLVED)
-        proven = _proven(now, state, step.dq)
+        proven = _proven(now, state, step.dq, has_moved)
         if proven is None:
             return record.ended(End.NOT_PROVEN)
         if proven is not step.dq:
@@ -208,9 +212,19 @@ def _joined(rows: Sequence[BoundedRows]) -> BoundedRows:
     )
 
 
-def _proven(now: ControlScene, state: ControlState, dq: Array) -> Array | None:
-    """Return rates whose step is proven free: dq, or what hard braking leaves of the last ones; else None."""
-    for rates in (dq, now.stack.braked(state)):
-        if now.validator.is_valid_edge(state.q, state.q + state.period * rates):
+def _proven(now: ControlScene, state: ControlState, dq: Array, has_moved: bool) -> Array | None:
+    """Return rates whose step is proven: dq, or what hard braking leaves of the last ones; else None."""
+    q, validator, braked = state.q, now.validator, now.stack.braked(state)
+    for rates in (dq, braked):
+        to = q + state.period * rates
+        if validator.is_valid_edge(q, to) or (has_moved and _leads_away(validator, q, to)):
             return rates
+    if has_moved and validator.at_margin(NO_NEARER).is_valid_edge(q, q + state.period * braked):
+        return braked
     return None
+
+
+def _leads_away(validator: KernelValidator, q: Array, to: Array) -> bool:
+    """Whether a step from within the margin, or right at it, ends no nearer to anything than it began."""
+    now, then = validator.clearances(np.stack([q, to]), validator.margin + NO_NEARER)
+    return bool(now > NO_NEARER and then >= now) and validator.at_margin(now - NO_NEARER).is_valid_edge(q, to)

@@ -44,6 +44,7 @@ SEARCHES = (
     RegionSearch(48, 6),
     RegionSearch(200, 12),
     RegionSearch(1000, 60),
+    RegionSearch(4000, 1000),
 )  # one after the other, until a motion is found
 
 

@@ -229,6 +229,30 @@ def test_where_proofs_block_the_way_that_is_told(scene: CanScene, arm: Arm, tabl
     assert found.end is End.NOT_PROVEN
 
 
+@pytest.mark.parametrize("share", [0.75, 0.85, 0.95])
+def test_from_what_moved_too_near_it_leads_away_and_touches_nothing(
+    scene: CanScene, arm: Arm, table: Cell, share: float
+) -> None:
+    now, home = control_scene(scene, arm, table), table.configurations["home"].q
+    nominal = roll_out(lambda _: now, home, 10.0, PERIOD)
+    when = int(share * len(nominal.Q))
+    at = arm.tip(nominal.Q[when], scene.state)[:3, 3]
+    ahead = np.arange(0.06, 0.12, 5e-4)  # m before the hand, where another can turns up
+    moved = (CanScene(table, (can(table, "n", at[0] + x, at[1]),)) for x in ahead)
+    later = next(each for each in moved if 3e-4 < _gap(each, nominal.Q[when]) < table.clearance)
+    then = control_scene(later, arm, table)
+    found = roll_out(lambda t: now if t < when * PERIOD else then, home, 10.0, PERIOD)
+    assert len(found.Q) > when + 10
+    steps = np.diff(found.Q[when:], axis=0)
+    between = [found.Q[when:-1] + part * steps for part in np.linspace(0.0, 1.0, 6)]
+    assert later.arm.clearances(np.concatenate(between)).min() > 0.0
+    assert _gap(later, found.Q[-1]) > table.clearance
+
+
+def _gap(scene: CanScene, q: Array) -> float:
+    return float(scene.arm.clearances(q[None])[0])
+
+
 def test_limits_never_contradict_each_other_beyond_an_end(table: Cell) -> None:
     task, rng = JointLimitTask("limits", table.robot.limits), np.random.default_rng(6)
     lower, upper = table.robot.limits.lower, table.robot.limits.upper

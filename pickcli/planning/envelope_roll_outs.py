@@ -1,0 +1,94 @@
+"""Roll-outs of a controller into envelopes of an object: whole ones, else what a scene leaves of them.
+
+The nearest pose of a whole envelope may lie behind what is in the way, where a controller gets stuck that
+knows no future (Krug et al., RA-L 2016, section III-B). So envelopes are truncated and divided for it, and of
+those that it reaches the one with the shortest way is chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.collision.free_flyer import FreeToolChecker
+from pickcli.control.roll_out import End, RollOut
+from pickcli.geometry import Array
+from pickcli.grasping.envelope import Envelope
+from pickcli.grasping.envelope_truncation import free_sectors
+
+
+@dataclass(frozen=True, eq=False)
+class EnvelopeRollOut:
+    """A roll-out into an envelope.
+
+    Attributes:
+        envelope: The envelope, or a part of it.
+        run: What the controller did.
+        left: Error of the stack's goal at its end.
+    """
+
+    envelope: Envelope
+    run: RollOut
+    left: float
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether the tool is in the envelope."""
+        return self.run.end is End.REACHED
+
+    @property
+    def travel(self) -> float:
+        """Sum of the ways of all joints, rad or m."""
+        return float(np.abs(np.diff(self.run.Q, axis=0)).sum())
+
+
+def roll_out_into(
+    run: Callable[[Envelope], RollOut],
+    goal: str,
+    envelopes: Sequence[Envelope],
+    T_world_object: Array,
+    tool: FreeToolChecker,
+) -> list[EnvelopeRollOut]:
+    """Run into whole envelopes; if none is reached into what is free of them; else into sectors of that.
+
+    Args:
+        run: Lets the controller run into an envelope.
+        goal: Name of the task that ends a roll-out.
+        envelopes: The envelopes, none of them empty.
+        T_world_object: (4, 4) of their frame.
+        tool: Checks the tool without the arm.
+
+    Returns:
+        All roll-outs in their order, as many at first as there are envelopes.
+    """
+    ended: list[EnvelopeRollOut] = []
+    for parts in _in_turn(envelopes, T_world_object, tool):
+        runs = [(each, run(each)) for each in parts]
+        ended += [EnvelopeRollOut(each, found, float(found.errors[goal][-1])) for each, found in runs]
+        if any(each.is_reached for each in ended):
+            break
+    return ended
+
+
+def best_of(ended: Sequence[EnvelopeRollOut]) -> EnvelopeRollOut:
+    """Return the roll-out that reached an envelope on the shortest way, or that came the nearest to one.
+
+    Args:
+        ended: Roll-outs, at least one.
+
+    Returns:
+        One of them.
+    """
+    return min(ended, key=lambda each: (not each.is_reached, each.travel if each.is_reached else each.left))
+
+
+def _in_turn(
+    envelopes: Sequence[Envelope], T_world_object: Array, tool: FreeToolChecker
+) -> Iterator[list[Envelope]]:
+    """Yield envelopes, then what of each is free, then the sectors of that."""
+    yield list(envelopes)
+    parts = [free_sectors(each, T_world_object, tool) for each in envelopes]
+    yield [each[0] for each in parts if each]
+    yield [sector for each in parts for sector in each[1:]]
