@@ -89,6 +89,30 @@ def play_stream(
     return trial.played()
 
 
+@dataclass(frozen=True, eq=False)
+class _PlayedPick:
+    """A pick as it was carried out.
+
+    Attributes:
+        world: Its world, at its end.
+        run: Its execution.
+        watch: What watched the tool at the item.
+        poses: s on the trial's clock, and (n,) joints then, after each step.
+        t_end: s on that clock.
+    """
+
+    world: World
+    run: Execution
+    watch: MeetingWatch
+    poses: list[tuple[float, Array]]
+    t_end: float
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether the arm goes on from where it came to rest: clear of what the belt brings, and empty."""
+        return self.run.stop is None or (bool(self.run.is_clear) and self.world.held is None)
+
+
 class _StreamTrial:
     """The state of a trial: time, arms, and items that are still open or decided."""
 
@@ -225,11 +249,25 @@ class _StreamTrial:
 
     def _execute(self, option: PickOption) -> None:
         """Execute a plan in a world with what is truly on the belt, but for what other arms are at."""
-        item, arm, planned = option.item, option.arm, option.planned
-        true, t_start, context = self._riding(), self.t, arm.context
-        rode, late = item.riding, late_by(planned.seen, planned.plan)
+        true, rode, t_start = self._riding(), option.item.riding, self.t
         self._begin(option)
-        world, poses = self._world(true, arm), list[tuple[float, Array]]()
+        played = self._simulated(option, true)
+        self._note_times(option, played, rode)
+        if self.tracks is not None:
+            self.tracks.take(true, t_start)
+            self.tracks.hide(t_start, played.t_end + (0.0 if played.goes_on else RESET_TIME))
+        # The arm goes on while what it has dropped still falls.
+        self._update_truth(played.world, t_start + played.world.t, true, option.item)
+        self._count(option.item, played.run)
+        self._note_motion(option, played)
+        self._note_outcome(option.item, played.world, true)
+        played.world.close()
+        self.t = t_start + QUERY_CHARGE
+
+    def _simulated(self, option: PickOption, true: ItemStream) -> _PlayedPick:
+        """Carry a plan out now."""
+        arm, planned, t_start = option.arm, option.planned, self.t
+        context, world, poses = arm.context, self._world(true, arm), list[tuple[float, Array]]()
         takes = context.method.rests(context.cell.devices, context.settings.release_time).taking
         watch = MeetingWatch(planned.plan, world, takes)
 
@@ -238,31 +276,29 @@ class _StreamTrial:
             poses.append((t_start + now.t, now.q.copy()))
 
         run = self._carried_out(planned, world, after_step)
-        t_end = t_start + run.t_end
-        # Clear of what the belt brings, the empty arm goes on from where it came to rest.
-        goes_on = run.stop is None or (bool(run.is_clear) and world.held is None)
-        if self.tracks is not None:
-            self.tracks.take(true, t_start)
-            self.tracks.hide(t_start, t_end + (0.0 if goes_on else RESET_TIME))
-        # The arm goes on while what it has dropped still falls.
-        self._update_truth(world, t_start + world.t, true, item)
-        item.t_end = item.t_next = t_end
-        item.t_released = min(t_start + times_at_work(planned.plan.segments)[1] + late, t_end)
+        return _PlayedPick(world, run, watch, poses, t_start + run.t_end)
+
+    def _note_times(self, option: PickOption, played: _PlayedPick, rode: RidingItem) -> None:
+        """Note when an arm was at an item, and how it met it."""
+        item, plan, t_start = option.item, option.planned.plan, self.t
+        item.t_end = item.t_next = played.t_end
+        released = t_start + times_at_work(plan.segments)[1] + late_by(option.planned.seen, plan)
+        item.t_released = min(released, played.t_end)
         self.at_work.append((rode, item.t_released))
-        self.t_end = max(self.t_end, t_end)
-        item.met = watch.measured(t_start)
-        self._count(item, run)
-        self.together += self.arms.overlap(t_start, t_end)
-        arm.start, arm.free_at = Start(world.q.copy(), world.tool_state), t_end
-        arm.note_measured(poses, late)
+        self.t_end = max(self.t_end, played.t_end)
+        item.met = played.watch.measured(t_start)
+
+    def _note_motion(self, option: PickOption, played: _PlayedPick) -> None:
+        """Note how an arm moved, whether it met another one, and from where it goes on."""
+        item, arm, world, t_start = option.item, option.arm, played.world, self.t
+        self.together += self.arms.overlap(t_start, played.t_end)
+        arm.start, arm.free_at = Start(world.q.copy(), world.tool_state), played.t_end
+        arm.note_measured(played.poses, late_by(option.planned.seen, option.planned.plan))
         if (met := self.arms.why_met(arm, t_start)) is not None:
             self.n_collisions += 1
             item.reason = "; ".join(filter(None, (item.reason, f"{met} as measured")))
-        if not goes_on:
+        if not played.goes_on:
             self.arms.bring_home(arm, RESET_TIME)
-        self._note_outcome(item, world, true)
-        world.close()
-        self.t = t_start + QUERY_CHARGE
 
     def _begin(self, option: PickOption) -> None:
         """Note what an arm is to do, and with which item."""
