@@ -96,8 +96,8 @@ class Control:
     def best(self, scene: Scene, start: Array) -> EnvelopeRollOut:
         """Run into the envelopes, and if none is reached into what is free of them."""
         ended = roll_out_into(
-            lambda envelope: self.run(scene, envelope, start),
-            "envelope", self.envelopes(scene), scene.items[0].T_world_item, self.tool(scene),
+            lambda envelope, q: self.run(scene, envelope, q),
+            "envelope", start, self.envelopes(scene), scene.items[0].T_world_item, self.tool(scene),
         )  # fmt: skip
         return best_of(ended)
 

@@ -74,8 +74,8 @@ def command(
     q, _ = parse_configuration(scene.cell, start)
     chosen = _chosen(found, envelope_name)
     ended = roll_out_into(
-        lambda envelope: _run(file, context, found, envelope, q, seconds),
-        file.model.goal, chosen, found.target.T_world_item, found.tool,
+        lambda envelope, start: _run(file, context, found, envelope, start, seconds),
+        file.model.goal, q, chosen, found.target.T_world_item, found.tool,
     )  # fmt: skip
     best = best_of(ended)
     write_bytes(output, _csv(scene.cell, file, best.run).encode(), overwrite)
@@ -136,7 +136,10 @@ def _not_reached(
             detail += f"; level {level + 1} ({', '.join(file.task_names[level])}) gave way most"
         reasons.append(Reason(run.end.value, each.envelope.name, detail))
     reasons.append(_by_region_query(context, found, best_of(ended).run, seed))
-    parts = f", nor any of {len(ended) - n_whole} free parts of them" if len(ended) > n_whole else ""
+    more = len(ended) - n_whole
+    parts = (
+        f", nor a free part of them by {more} roll-outs from there and from where these ended" if more else ""
+    )
     lines = [f"none of {n_whole} envelopes is reached{parts}", *(f"  {reason}" for reason in reasons)]
     return NoPlanError(f"roll-out of {file.name}", reasons, "\n".join(lines))
 

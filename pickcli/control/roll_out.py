@@ -99,6 +99,19 @@ class RollOut:
         """Duration in s."""
         return self.period * (len(self.Q) - 1)
 
+    def then(self, later: RollOut) -> RollOut:
+        """Join a roll-out of the same tasks that begins where this one ended.
+
+        Args:
+            later: What goes on.
+
+        Returns:
+            Both as one.
+        """
+        errors = {name: np.concatenate([each[:-1], later.errors[name]]) for name, each in self.errors.items()}
+        Q, slack = np.vstack([self.Q[:-1], later.Q]), np.vstack([self.slack, later.slack])
+        return RollOut(later.end, Q, errors, slack, self.period)
+
 
 def roll_out(
     scene_at: Callable[[float], ControlScene], start: Array, most_seconds: float, period: float = PERIOD

@@ -2,12 +2,13 @@
 
 The nearest pose of a whole envelope may lie behind what is in the way, where a controller gets stuck that
 knows no future (Krug et al., RA-L 2016, section III-B). So envelopes are truncated and divided for it, and of
-those that it reaches the one with the shortest way is chosen.
+those that it reaches the one with the shortest way is chosen; and if it reaches none, it goes on from where
+it came the nearest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,8 @@ from pickcli.control.roll_out import End, RollOut
 from pickcli.geometry import Array
 from pickcli.grasping.envelope import Envelope
 from pickcli.grasping.envelope_truncation import free_sectors
+
+MOST_ROUNDS = 4  # in which all of this is tried, each from where the last one came the nearest
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +48,21 @@ class EnvelopeRollOut:
 
 
 def roll_out_into(
-    run: Callable[[Envelope], RollOut],
+    run: Callable[[Envelope, Array], RollOut],
     goal: str,
+    start: Array,
     envelopes: Sequence[Envelope],
     T_world_object: Array,
     tool: FreeToolChecker,
 ) -> list[EnvelopeRollOut]:
     """Run into whole envelopes; if none is reached into what is free of them; else into sectors of that.
 
+    If none of these is reached, all is tried again from where the controller came to rest the nearest to one.
+
     Args:
-        run: Lets the controller run into an envelope.
+        run: Lets the controller run into an envelope from a configuration (n,).
         goal: Name of the task that ends a roll-out.
+        start: (n,) configuration, free.
         envelopes: The envelopes, none of them empty.
         T_world_object: (4, 4) of their frame.
         tool: Checks the tool without the arm.
@@ -63,12 +70,20 @@ def roll_out_into(
     Returns:
         All roll-outs in their order, as many at first as there are envelopes.
     """
+    groups: Iterable[list[Envelope]] = _in_turn(envelopes, T_world_object, tool)
     ended: list[EnvelopeRollOut] = []
-    for parts in _in_turn(envelopes, T_world_object, tool):
-        runs = [(each, run(each)) for each in parts]
-        ended += [EnvelopeRollOut(each, found, float(found.errors[goal][-1])) for each, found in runs]
-        if any(each.is_reached for each in ended):
-            break
+    before: RollOut | None = None
+    for _ in range(MOST_ROUNDS):
+        tried = []
+        for parts in groups:
+            tried.append(parts)
+            for each in parts:
+                found = run(each, start if before is None else before.Q[-1])
+                found = found if before is None else before.then(found)
+                ended.append(EnvelopeRollOut(each, found, float(found.errors[goal][-1])))
+            if any(each.is_reached for each in ended):
+                return ended
+        before, groups = best_of(ended).run, tried
     return ended
 
 
