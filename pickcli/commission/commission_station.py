@@ -347,8 +347,7 @@ def _faults(cell: Cell, hand: BeltHand | None, each: LoadItem) -> Iterator[str]:
             wide, mass = f"{known.width:g} m wide and {known.height:g} m high", f"{known.mass:g} kg"
             yield (
                 f"{each.id}, {' x '.join(f'{side:g}' for side in extents)} m and {each.item.mass:g} kg, for "
-                f"which the hand {hand.name} has the currents of another object, {wide}, {mass}: give the "
-                "product a name of its own in a hand file that has it"
+                f"which the hand {hand.name} has the currents of another object, {wide}, {mass}"
             )
         return
     if not grasp_method(tool).may_hold(each.item):
