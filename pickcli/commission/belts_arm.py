@@ -154,7 +154,13 @@ class BeltsArm(CommissionArm):
 
     def _to_home(self) -> None:
         """Move home, if the arm is not there. Raises NoPlanError and HandStoppedError."""
-        if not self.is_home:
+        if self.is_home:
+            return
+        try:
+            self._handling.go_home(self._looked())
+        except NoPlanError:
+            # The compliant arm gave way as it set down: it may stand nearer to the pallet than plans keep.
+            self._handling.rise()
             self._handling.go_home(self._looked())
 
     @property

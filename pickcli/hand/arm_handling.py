@@ -229,6 +229,11 @@ class ArmHandling:
         self._carry_out(execution, execution.leave)
         self.world.reach_for(frozenset())
 
+    def rise(self) -> None:
+        """Rise a bit where it is, with the empty hand. Raises HandStoppedError."""
+        execution = PlaceExecution(self.world)
+        self._carry_out(execution, execution.rise)
+
     def has_room_to_open(self, seen: Scene) -> bool:
         """Tell whether the hand may open as far as it goes where it is.
 

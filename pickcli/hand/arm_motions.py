@@ -46,6 +46,7 @@ NEARLY_AS_FREE = (
     0.8  # share of the overhang of the best approach that is free, from which on another is as good
 )
 HELD_MARGIN = 0.003  # m by which what is held is grown: it may shift in the fingers
+GIVING_WAY = 0.003  # m that a compliant arm may be off the lines on which it sets down and backs off
 RAISED = 0.015  # m over a place to which what is held is brought by a plan
 
 
@@ -200,6 +201,7 @@ def plan_to_place(scene: Scene, carried: HandLoad, q: Array, held: HeldObject, s
     """
     motion = _Motion.of(scene, carried, q, seed)
     away = _Motion.of(scene, HandLoad(carried.hand, np.array([[LET_GO - PAST, 0.0]] * 2)), q, seed)
+    away = replace(away, reserve=GIVING_WAY)
     failures, goals = Failures(), list[Array]()
     for turns in _turns(motion, held):
         for goal in motion.configurations(_poses_at(motion, held, turns)):
@@ -259,6 +261,7 @@ class _Motion:
     carried: HandLoad
     q: Array
     seed: int
+    reserve: float = 0.0  # m that is kept besides the cell's clearance
 
     @classmethod
     def of(cls, scene: Scene, carried: HandLoad, q: Array, seed: int) -> _Motion:
@@ -271,7 +274,7 @@ class _Motion:
 
     @property
     def checker(self) -> SceneChecker:
-        return self.context.checker_for(self.scene, Mode(self.state))
+        return self.context.checker_for(self.scene, Mode(self.state, reserve=self.reserve))
 
     def line_back(self, q: Array) -> Array | Failures:
         """Return waypoints of the level way against the approach, from a configuration."""

@@ -16,6 +16,7 @@ LET_GO = -0.56  # rad of the closing motor, at which pads are clear of cans, and
 PAST = 0.02  # rad by which the motor may come to rest beyond such an angle
 BACKED = 0.12  # m straight back, out of the fingers' reach
 BACKING_TIME = 0.7  # s
+RISE, RISING_TIME = 0.03, 0.5  # m and s, to come free of what is near below
 
 
 class PlaceExecution(StagedExecution):
@@ -51,6 +52,13 @@ class PlaceExecution(StagedExecution):
             self.stage(StageName.BACKING, self._back_off)
 
         self.carry_out(act)
+
+    def rise(self) -> None:
+        """Rise straight up by ``RISE``, until the end or a stop."""
+        up = np.array([0.0, 0.0, RISE, 0.0, 0.0, 0.0])
+        self.carry_out(
+            lambda: self.stage(StageName.LIFT, lambda: self.move(self.hand.wrist.wanted + up, RISING_TIME))
+        )
 
     def _lower(self, deepest: float) -> str:
         wrist = self.hand.wrist

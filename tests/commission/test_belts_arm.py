@@ -36,7 +36,8 @@ def test_the_whole_chain_succeeds_with_the_hand_at_the_arm(two: Path) -> None:
     played = play_commission(CommissionRequest(seed=2), station, PlanningContext(station.cell))
     result = played.result
     assert result.is_success and result.is_clean and result.n_stops == 0, result.steps
-    assert [each.plan.query for each in played.plans] == ["pre-grasp", "transfer"] * 2 + ["home"]
+    queries = [each.plan.query for each in played.plans]
+    assert set(queries) == {"pre-grasp", "transfer", "home"} and queries.count("transfer") == 2
     assert all(verify(each.plan, each.seen).certificate is not None for each in played.plans)
     transfers = [each for each in result.steps if each.action == "transfer_item"]
     stages = [each["kind"] for each in transfers[0].figures["segments"]]
