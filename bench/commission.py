@@ -50,7 +50,7 @@ def _line(seed: int, record: Record) -> str:
 def _summary(records: Mapping[str, Record]) -> list[str]:
     found = CommissionStatistics(records)
     low, high = found.success.interval
-    aside = [1e3 * each["at_end"]["aside"] for each in found.items if each["at_end"] is not None]
+    aside = [1e3 * each["at_end"]["aside"] for each in found.items if each["outcome"] == "placed"]
     off = [r["pallet_off"] for r in records.values() if r["pallet_off"] is not None]
     outcomes = Counter(str(each["outcome"]) for each in found.items)
     clearance = [

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.collision.free_flyer import FreeToolChecker
-from pickcli.control.roll_out import End, RollOut
+from pickcli.control.roll_out import STILL, End, RollOut
 from pickcli.geometry import Array
 from pickcli.grasping.envelope import Envelope
 from pickcli.grasping.envelope_truncation import free_sectors
@@ -40,6 +40,11 @@ class EnvelopeRollOut:
     def is_reached(self) -> bool:
         """Whether the tool is in the envelope."""
         return self.run.end is End.REACHED
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the joints rest at its end."""
+        return bool(np.abs(np.diff(self.run.Q[-2:], axis=0)).max(initial=0.0) < STILL * self.run.period)
 
     @property
     def travel(self) -> float:
@@ -83,7 +88,10 @@ def roll_out_into(
                 ended.append(EnvelopeRollOut(each, found, float(found.errors[goal][-1])))
             if any(each.is_reached for each in ended):
                 return ended
-        before, groups = best_of(ended).run, tried
+        rested = [each for each in ended if each.is_at_rest]
+        if not rested or best_of(rested).run is before:
+            break  # it came to rest no nearer
+        before, groups = best_of(rested).run, tried
     return ended
 
 

@@ -31,9 +31,9 @@ class Controller:
         k = len(self.starts)
         self.starts.append(start)
         reached, way = k in self.reaches, self.reaches.get(k, 1.0)
-        Q = np.vstack([start, start + np.array([way, 0.0])])
-        errors = {"envelope": np.array([9.0, 0.0 if reached else 1.0 / (k + 1)])}
-        return RollOut(End.REACHED if reached else End.LOCAL_MINIMUM, Q, errors, np.zeros((1, 1)), 0.01)
+        Q = start + np.array([[0.0, 0.0], [way, 0.0], [way, 0.0]])  # at rest at its end
+        errors = {"envelope": np.array([9.0, 9.0, 0.0 if reached else 1.0 / (k + 1)])}
+        return RollOut(End.REACHED if reached else End.LOCAL_MINIMUM, Q, errors, np.zeros((2, 1)), 0.01)
 
 
 def test_of_whole_envelopes_that_are_reached_the_shortest_way_is_kept(scene: CanScene) -> None:
@@ -58,6 +58,6 @@ def test_where_none_is_reached_it_goes_on_from_where_it_came_the_nearest(scene: 
     nearest = best_of(ended[:n]).run
     assert (controller.starts[n] == nearest.Q[-1]).all()
     joined = best_of(ended).run
-    np.testing.assert_array_equal(joined.Q, [*nearest.Q, nearest.Q[-1] + np.array([0.5, 0.0])])
+    np.testing.assert_array_equal(joined.Q, [*nearest.Q, *[nearest.Q[-1] + np.array([0.5, 0.0])] * 2])
     assert len(joined.errors["envelope"]) == len(joined.Q) == len(joined.slack) + 1
-    assert joined.end is End.REACHED and joined.duration == pytest.approx(0.02)
+    assert joined.end is End.REACHED and joined.duration == pytest.approx(0.04)

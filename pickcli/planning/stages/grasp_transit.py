@@ -51,11 +51,11 @@ def transits_to_grasps(
     groups = {state: [f for f in grasps if f.grasp.tool_state == state] for state in states}
     heads: dict[ToolState, GraspTransit] = {}
     experience: tuple[QueryExperience, ...] = ()
-    stuck: dict[bytes, Reason] = {}
+    stuck: dict[ToolState, dict[bytes, Reason]] = {state: {} for state in groups}
     todo = list(groups)
     while todo or heads:
         for state in filter(groups.__getitem__, todo):
-            head = _reached(problem, groups[state], start, stuck)
+            head = _reached(problem, groups[state], start, stuck[state])
             if isinstance(head, Failures):
                 yield head
             else:

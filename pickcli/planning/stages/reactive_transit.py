@@ -53,8 +53,8 @@ def roll_out_to(
         goals: (G, n) configurations.
         state: State of the tool there.
         seed: Seed of the shortcuts.
-        stuck: How roll-outs from this start ended that did not reach their goal, by its bytes; these are not
-            repeated, and new ones are added.
+        stuck: How roll-outs with this start and checker ended short of their goal, by its bytes; these are
+            not repeated, and new ones are added.
 
     Returns:
         The motion; or how each roll-out ended.
