@@ -238,6 +238,6 @@ def _proven(now: ControlScene, state: ControlState, dq: Array, has_moved: bool) 
 
 
 def _leads_away(validator: KernelValidator, q: Array, to: Array) -> bool:
-    """Whether a step from within the margin touches nothing and leaves no smaller least distance than before."""
+    """Whether a step from within the margin touches nothing and leaves the least distance no smaller."""
     now, then = validator.clearances(np.stack([q, to]), validator.margin + NO_NEARER)
     return bool(now > NO_NEARER and then >= now) and validator.at_margin(now - NO_NEARER).is_valid_edge(q, to)
