@@ -37,7 +37,7 @@ from pickcli.kernel import SurfaceKind
 from pickcli.kinematics.arm import ToolGoal
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.shortcutting import shorten
-from pickcli.planning.envelope_roll_outs import EnvelopeRollOut, best_of, roll_out_into
+from pickcli.planning.envelope_roll_outs import EnvelopeRollOut, best_of, is_at_rest, roll_out_into
 from pickcli.planning.region_query import RegionChecks, RegionProblem, plan_to_region
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_seed
@@ -78,11 +78,11 @@ class Control:
         )
         return Stack(levels, goal="envelope", deceleration=limits.acceleration)
 
-    def run(self, scene: Scene, envelope: Envelope, start: Array) -> RollOut:
+    def run(self, scene: Scene, envelope: Envelope, start: Array, rates: Array | None = None) -> RollOut:
         """Let the controller run in a scene that does not change."""
         checker = self.checker(scene)
         now = ControlScene(self.stack(checker, envelope, scene.items[0].T_world_item), checker)
-        return roll_out(lambda _: now, start, MOST_SECONDS)
+        return roll_out(lambda _: now, start, MOST_SECONDS, rates=rates)
 
     def tool(self, scene: Scene) -> FreeToolChecker:
         """Return the checker of the tool without the arm, whose fingers may touch the target."""
@@ -96,7 +96,7 @@ class Control:
     def best(self, scene: Scene, start: Array) -> EnvelopeRollOut:
         """Run into the envelopes, and if none is reached into what is free of them."""
         ended = roll_out_into(
-            lambda envelope, q: self.run(scene, envelope, q),
+            lambda envelope, q, rates: self.run(scene, envelope, q, rates),
             "envelope", start, self.envelopes(scene), scene.items[0].T_world_item, self.tool(scene),
         )  # fmt: skip
         return best_of(ended)
@@ -116,9 +116,13 @@ class Control:
         return None if path is None else travel(path.waypoints)
 
     def follow(
-        self, scene: Scene, nominal: EnvelopeRollOut, rng: np.random.Generator
-    ) -> tuple[Scene, RollOut]:
-        """Let the controller run, and move the target meanwhile; where it gets stuck, it chooses anew."""
+        self, scene: Scene, nominal: RollOut, envelope: Envelope, rng: np.random.Generator
+    ) -> tuple[Scene, RollOut, bool]:
+        """Move the target at a moment of a roll-out, and go on; where the controller is stuck, choose anew.
+
+        Returns the scene from then on, the rest of the roll-out, and whether the target was moved into the
+        arm.
+        """
         target = scene.items[0]
         moved = target.T_world_item.copy()
         moved[:3, 3] += MOVED * _direction(rng)
@@ -127,15 +131,18 @@ class Control:
             scene.cell, scene.T_world_pod,
             (PlacedItem(target.id, target.item, target.location, moved), *scene.items[1:]), scene.noise,
         )  # fmt: skip
-        when = rng.uniform(0.0, nominal.run.duration)
+        k = int(rng.uniform(1.0, len(nominal.Q) - 1.0))
         scenes = []
         for each, T in ((scene, target.T_world_item), (later, moved)):
             checker = self.checker(each)
-            scenes.append(ControlScene(self.stack(checker, nominal.envelope, T), checker))
-        run = roll_out(lambda t: scenes[int(t >= when)], self.bench.home, MOST_SECONDS)
-        if run.end is not End.REACHED and self.checker(later).is_valid(run.Q[-1]):
+            scenes.append(ControlScene(self.stack(checker, envelope, T), checker))
+        rates = (nominal.Q[k] - nominal.Q[k - 1]) / nominal.period
+        run = roll_out(lambda t: scenes[int(t > 0.0)], nominal.Q[k], MOST_SECONDS, rates=rates)
+        # It is moved as the first step is made.
+        is_hit = float(scenes[1].validator.clearances(run.Q[:2][-1:])[0]) <= 0.0
+        if run.end is not End.REACHED and is_at_rest(run) and scenes[1].validator.is_valid(run.Q[-1]):
             run = self.best(later, run.Q[-1]).run
-        return later, run
+        return later, run, is_hit
 
     def past_obstacles(self, rng: np.random.Generator) -> tuple[float, End]:
         """Run to a random pose among random bodies; return the least distance, and how it ended."""
@@ -226,11 +233,14 @@ def main() -> None:
             theirs = control.region(scene, control.bench.home, seed)
             if theirs is not None:
                 ratios.append((lengths[-1], control.shortened(scene, best.run, seed), theirs))
-            later, run = control.follow(scene, best, np.random.default_rng([options.seed, k]))
+            draws = np.random.default_rng([options.seed, k])
+            later, run, is_hit = control.follow(scene, best.run, best.envelope, draws)
+            if is_hit:  # whatever came of it
+                hit += 1
+                continue
             followed.append(run.end is End.REACHED)
             if not followed[-1]:
                 handed_over_moved += control.region(later, run.Q[-1], seed) is not None
-                hit += float(control.checker(later).clearances(run.Q[-1:])[0]) <= 0.0
         ours, shortened, by_region = np.sum(ratios, axis=0) if ratios else (np.nan,) * 3
         told = ", ".join(f"{n} {end}" for end, n in ends.most_common() if end != End.REACHED.value)
         table.add_row(

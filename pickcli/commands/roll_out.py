@@ -74,7 +74,7 @@ def command(
     q, _ = parse_configuration(scene.cell, start)
     chosen = _chosen(found, envelope_name)
     ended = roll_out_into(
-        lambda envelope, start: _run(file, context, found, envelope, start, seconds),
+        lambda envelope, start, rates: _run(file, context, found, envelope, start, rates, seconds),
         file.model.goal, q, chosen, found.target.T_world_item, found.tool,
     )  # fmt: skip
     best = best_of(ended)
@@ -103,6 +103,7 @@ def _run(
     found: ItemEnvelopes,
     envelope: Envelope,
     q: Array,
+    rates: Array,
     seconds: float,
 ) -> RollOut:
     from pickcli.control.roll_out import ControlScene, roll_out
@@ -113,7 +114,7 @@ def _run(
     controlled = ControlledArm(context.arm, found.tool_state, found.arm, named)
     goal = ToolGoal(envelope.constraints, found.target.T_world_item, envelope.T_tip_palm)
     now = ControlScene(file.stack(controlled, goal), found.arm)
-    return roll_out(lambda _: now, q, seconds, file.period)
+    return roll_out(lambda _: now, q, seconds, file.period, rates)
 
 
 def _not_reached(

@@ -95,6 +95,12 @@ class RollOut:
     period: float
 
     @property
+    def rates(self) -> Array:
+        """(n,) joint rates at the end, in rad/s or m/s."""
+        last = self.Q[-1] - self.Q[-2] if len(self.Q) > 1 else np.zeros(self.Q.shape[1])
+        return np.asarray(last / self.period)
+
+    @property
     def duration(self) -> float:
         """Duration in s."""
         return self.period * (len(self.Q) - 1)
@@ -114,36 +120,43 @@ class RollOut:
 
 
 def roll_out(
-    scene_at: Callable[[float], ControlScene], start: Array, most_seconds: float, period: float = PERIOD
+    scene_at: Callable[[float], ControlScene],
+    start: Array,
+    most_seconds: float,
+    period: float = PERIOD,
+    rates: Array | None = None,
 ) -> RollOut:
-    """Let a controller run from rest until its goal is met, or nothing gets better.
+    """Let a controller run until its goal is met, or nothing gets better.
 
     Where a step is not proven free, the joints brake instead. The roll-out ends where that is not proven
-    either, where steps are refused until nothing gets better, and where the hierarchy is not solved. After
-    something has moved, so near that the margin cannot be kept, the joints brake as long as that is proven to
-    touch nothing, and go on in steps that are proven to lead away.
+    either, where steps are refused until nothing gets better, and where the hierarchy is not solved. If the
+    scene changes so that the margin cannot be kept, not even by braking, the joints brake as long as that is
+    proven to touch nothing, and take steps that are proven to lead away, until it is kept again.
 
     Args:
-        scene_at: What is known at a time in s from the start.
+        scene_at: What is known at a time in s from the start: the same object as long as nothing changes.
         start: (n,) configuration, free.
         most_seconds: s after which it ends.
         period: s between two instants of control.
+        rates: (n,) joint rates before, in rad/s or m/s; at rest by default.
 
     Returns:
         The roll-out.
     """
-    q, dq = np.array(start, dtype=float), np.zeros(len(start))
+    q, dq = np.array(start, dtype=float), np.zeros(len(start)) if rates is None else rates
     record = _Record(period, [q], [], [], [])
-    best, since, refused, stack, has_moved = np.inf, 0.0, -np.inf, None, False
+    best, since, refused = np.inf, 0.0, -np.inf
+    before, is_too_near = scene_at(0.0), False
     last = int(most_seconds / period + 1e-9)
     for i in range(last + 1):
         now, state = scene_at(i * period), ControlState(q, dq, period)
         left = record.note(now.stack, state)
-        if left <= 0.0:
+        if is_too_near or now is not before:
+            is_too_near = not _brakes_free(now, state)
+        if left <= 0.0 and not is_too_near:
             return record.ended(End.REACHED)
-        if left < (1.0 - LEAST_PROGRESS) * best or now.stack is not stack:
-            has_moved |= stack not in (None, now.stack)
-            best, since, stack = left, i * period, now.stack
+        if left < (1.0 - LEAST_PROGRESS) * best or now is not before:
+            best, since, before = left, i * period, now
         stalled, is_still = i * period - since, float(np.abs(dq).max()) < STILL
         if stalled > (NO_PROGRESS if is_still else NO_PROGRESS_MOVING):
             return record.ended(End.NOT_PROVEN if i * period - refused < NO_PROGRESS else End.LOCAL_MINIMUM)
@@ -153,7 +166,7 @@ def roll_out(
             step = control_step(now.stack, state)
         except NoPlanError:
             return record.ended(End.NOT_SOLVED)
-        proven = _proven(now, state, step.dq, has_moved)
+        proven = _proven(now, state, step.dq, is_too_near)
         if proven is None:
             return record.ended(End.NOT_PROVEN)
         if proven is not step.dq:
@@ -225,19 +238,44 @@ def _joined(rows: Sequence[BoundedRows]) -> BoundedRows:
     )
 
 
-def _proven(now: ControlScene, state: ControlState, dq: Array, has_moved: bool) -> Array | None:
+def _brakes_free(now: ControlScene, state: ControlState) -> bool:
+    """Whether the margin is kept, and stays so if every joint brakes until it rests."""
+    path = [state.q]
+    while state.dq.any():
+        dq = now.stack.braked(state)
+        state = ControlState(state.q + state.period * dq, dq, state.period)
+        path.append(state.q)
+    validator = now.validator
+    # Of a step that begins right at the margin nothing can be proven.
+    has_room = validator.at_margin(validator.margin + NO_NEARER).is_valid(path[0])
+    return has_room and (len(path) == 1 or validator.is_valid_path(np.stack(path)))
+
+
+def _proven(now: ControlScene, state: ControlState, dq: Array, is_too_near: bool) -> Array | None:
     """Return rates whose step is proven: dq, or what hard braking leaves of the last ones; else None."""
     q, validator, braked = state.q, now.validator, now.stack.braked(state)
     for rates in (dq, braked):
         to = q + state.period * rates
-        if validator.is_valid_edge(q, to) or (has_moved and _leads_away(validator, q, to)):
+        if validator.is_valid_edge(q, to) or (is_too_near and _leads_away(validator, q, to)):
             return rates
-    if has_moved and validator.at_margin(NO_NEARER).is_valid_edge(q, q + state.period * braked):
+    if is_too_near and validator.at_margin(NO_NEARER).is_valid_edge(q, q + state.period * braked):
         return braked
     return None
 
 
 def _leads_away(validator: KernelValidator, q: Array, to: Array) -> bool:
-    """Whether a step from within the margin touches nothing and leaves the least distance no smaller."""
-    now, then = validator.clearances(np.stack([q, to]), validator.margin + NO_NEARER)
-    return bool(now > NO_NEARER and then >= now) and validator.at_margin(now - NO_NEARER).is_valid_edge(q, to)
+    """Whether a step touches nothing, and comes nearer to nothing that is within the margin at its end."""
+    least, _ = validator.clearances(np.stack([q, to]), validator.margin)
+    if least <= NO_NEARER or not validator.at_margin(least - NO_NEARER).is_valid_edge(q, to):
+        return False
+    before, then = (_distances(validator, each) for each in (q, to))
+    return all(distance >= before.get(pair, validator.margin) for pair, distance in then.items())
+
+
+def _distances(validator: KernelValidator, q: Array) -> dict[tuple[int, ...], float]:
+    """Return the distances (m) of pairs that are within the margin."""
+    distances, _, parts = validator.kernel.near_pairs(q, validator.margin)
+    found: dict[tuple[int, ...], float] = {}
+    for pair, distance in zip(map(tuple, parts.tolist()), distances.tolist(), strict=True):
+        found[pair] = min(distance, found.get(pair, np.inf))
+    return found

@@ -42,18 +42,13 @@ class EnvelopeRollOut:
         return self.run.end is End.REACHED
 
     @property
-    def is_at_rest(self) -> bool:
-        """Whether the joints rest at its end."""
-        return bool(np.abs(np.diff(self.run.Q[-2:], axis=0)).max(initial=0.0) < STILL * self.run.period)
-
-    @property
     def travel(self) -> float:
         """Sum of the ways of all joints, rad or m."""
         return float(np.abs(np.diff(self.run.Q, axis=0)).sum())
 
 
 def roll_out_into(
-    run: Callable[[Envelope, Array], RollOut],
+    run: Callable[[Envelope, Array, Array], RollOut],
     goal: str,
     start: Array,
     envelopes: Sequence[Envelope],
@@ -65,7 +60,7 @@ def roll_out_into(
     If none of these is reached, all is tried again from where the controller came to rest the nearest to one.
 
     Args:
-        run: Lets the controller run into an envelope from a configuration (n,).
+        run: Lets the controller run into an envelope from a configuration (n,), with joint rates (n,).
         goal: Name of the task that ends a roll-out.
         start: (n,) configuration, free.
         envelopes: The envelopes, none of them empty.
@@ -83,16 +78,30 @@ def roll_out_into(
         for parts in groups:
             tried.append(parts)
             for each in parts:
-                found = run(each, start if before is None else before.Q[-1])
-                found = found if before is None else before.then(found)
+                if before is None:
+                    found = run(each, start, np.zeros_like(start))
+                else:
+                    found = before.then(run(each, before.Q[-1], before.rates))
                 ended.append(EnvelopeRollOut(each, found, float(found.errors[goal][-1])))
             if any(each.is_reached for each in ended):
                 return ended
-        rested = [each for each in ended if each.is_at_rest]
+        rested = [each for each in ended if is_at_rest(each.run)]
         if not rested or best_of(rested).run is before:
             break  # it came to rest no nearer
         before, groups = best_of(rested).run, tried
     return ended
+
+
+def is_at_rest(run: RollOut) -> bool:
+    """Tell whether the joints rest at the end of a roll-out, as far as a controller brings them to rest.
+
+    Args:
+        run: The roll-out.
+
+    Returns:
+        Whether none is faster than ``STILL``.
+    """
+    return bool(np.abs(run.rates).max() < STILL)
 
 
 def best_of(ended: Sequence[EnvelopeRollOut]) -> EnvelopeRollOut:

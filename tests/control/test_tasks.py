@@ -14,7 +14,7 @@ from pickcli.control.tasks.joint_limit_task import JointLimitTask
 from pickcli.control.tasks.obstacle_task import ObstacleTask
 from pickcli.control.tasks.posture_task import PostureTask
 from pickcli.control.tasks.task import ControlState, stopping_rate
-from pickcli.control.tasks.tool_task import ToolTask
+from pickcli.control.tasks.tool_task import MET, ToolTask
 from pickcli.geometry import Array, inverse, pose
 from pickcli.kinematics.arm import Arm, ToolGoal
 from support.cans import CanScene, can
@@ -123,7 +123,7 @@ def test_every_step_is_free_and_the_goal_is_in_the_envelope(
 ) -> None:
     assert scene.arm.first_blocked_edge(reached.Q) == -1
     tip = inverse(scene.target.T_world_item) @ arm.tip(reached.Q[-1], scene.state)
-    assert scene.envelopes[SIDE].contains(tip[None]).all()
+    assert scene.envelopes[SIDE].contains(tip[None], MET).all()
     assert reached.errors["envelope"][-1] == 0.0 and reached.errors["envelope"][0] > 0.0
     assert reached.duration == pytest.approx(PERIOD * (len(reached.Q) - 1))
 
@@ -143,7 +143,7 @@ def test_a_target_that_moves_is_followed(scene: CanScene, arm: Arm, table: Cell,
     found = roll_out(lambda t: before if t < when else after, table.configurations["home"].q, 10.0, PERIOD)
     assert found.end is End.REACHED
     tip = inverse(moved) @ arm.tip(found.Q[-1], scene.state)
-    assert scene.envelopes[SIDE].contains(tip[None]).all()
+    assert scene.envelopes[SIDE].contains(tip[None], MET).all()
 
 
 def test_what_cannot_be_reached_ends_in_a_local_minimum(scene: CanScene, arm: Arm, table: Cell) -> None:
@@ -225,7 +225,8 @@ def test_where_proofs_block_the_way_that_is_told(scene: CanScene, arm: Arm, tabl
         def is_valid_edge(self, q0: Array, q1: Array) -> bool:
             return bool((np.abs(q1 - home) <= 0.2).all())
 
-    found = roll_out(lambda _: ControlScene(stack, Blocked()), home, 10.0, PERIOD)  # type: ignore[arg-type]
+    now = ControlScene(stack, Blocked())  # type: ignore[arg-type]
+    found = roll_out(lambda _: now, home, 10.0, PERIOD)
     assert found.end is End.NOT_PROVEN
 
 
@@ -247,6 +248,44 @@ def test_from_what_moved_too_near_it_leads_away_and_touches_nothing(
     between = [found.Q[when:-1] + part * steps for part in np.linspace(0.0, 1.0, 6)]
     assert later.arm.clearances(np.concatenate(between)).min() > 0.0
     assert _gap(later, found.Q[-1]) > table.clearance
+
+
+def test_a_change_that_is_far_away_costs_no_margin(scene: CanScene, arm: Arm, table: Cell) -> None:
+    """Past an obstacle, with an equal scene from some instant on: the same motion."""
+    home = table.configurations["home"].q
+    now, same = (control_scene(scene, arm, table) for _ in range(2))
+    alone = roll_out(lambda _: now, home, 10.0, PERIOD)
+    changed = roll_out(lambda t: now if t < 0.02 else same, home, 10.0, PERIOD)
+    np.testing.assert_array_equal(alone.Q, changed.Q)
+
+
+def test_a_range_of_no_width_is_met(arm: Arm, table: Cell) -> None:
+    """Bounds of the distance that are equal, as of fingers that just span a ball."""
+    scene = CanScene(table)
+    side = scene.envelopes[SIDE]
+    middle = float(side.low[2] + side.high[2]) / 2
+    exact = replace(side, low=np.array([*side.low[:2], middle]), high=np.array([*side.high[:2], middle]))
+    goal = ToolGoal(exact.constraints, scene.target.T_world_item, exact.T_tip_palm)
+    levels = (
+        (JointLimitTask("limits", table.robot.limits),),
+        (obstacle_task(scene, table),),
+        (ToolTask("envelope", arm, scene.state, goal, 3.0),),
+    )
+    now = ControlScene(Stack(levels, "envelope", table.robot.limits.acceleration), scene.arm)
+    found = roll_out(lambda _: now, table.configurations["home"].q, 20.0, PERIOD)
+    assert found.end is End.REACHED and found.duration < 10.0
+    tip = inverse(scene.target.T_world_item) @ arm.tip(found.Q[-1], scene.state)
+    assert exact.contains(tip[None], MET).all()
+
+
+def test_it_goes_on_with_the_rates_it_had(scene: CanScene, arm: Arm, table: Cell) -> None:
+    now, home = control_scene(scene, arm, table), table.configurations["home"].q
+    first = roll_out(lambda _: now, home, 1.0, PERIOD)
+    whole = first.then(roll_out(lambda _: now, first.Q[-1], 10.0, PERIOD, first.rates))
+    assert np.abs(first.rates).max() > 0.1
+    acceleration = np.abs(np.diff(whole.Q, 2, axis=0)) / PERIOD**2
+    assert (acceleration <= table.robot.limits.acceleration * (1 + 1e-6)).all()
+    assert whole.end is End.REACHED and len(whole.errors["envelope"]) == len(whole.Q)
 
 
 def _gap(scene: CanScene, q: Array) -> float:

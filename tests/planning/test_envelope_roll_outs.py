@@ -27,7 +27,8 @@ class Controller:
     def __init__(self, reaches: dict[int, float]) -> None:
         self.reaches, self.starts = reaches, list[Array]()
 
-    def run(self, envelope: Envelope, start: Array) -> RollOut:
+    def run(self, envelope: Envelope, start: Array, rates: Array) -> RollOut:
+        assert not rates.any()
         k = len(self.starts)
         self.starts.append(start)
         reached, way = k in self.reaches, self.reaches.get(k, 1.0)

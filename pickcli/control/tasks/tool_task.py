@@ -13,6 +13,8 @@ from pickcli.geometry import inverse
 from pickcli.kernel import pose_constraint_gradients, pose_constraint_values
 from pickcli.kinematics.arm import Arm, ToolGoal
 
+MET = 1e-4  # m or difference of cosines
+
 
 @dataclass(frozen=True, eq=False)
 class ToolTask(Task):
@@ -25,7 +27,8 @@ class ToolTask(Task):
         goal: The inequalities.
         gain: 1/s.
         inside: m or difference of cosines that the rows aim beyond the bounds: what is approached
-            exponentially would never be inside.
+            exponentially would never be inside. Bounds of equal value leave no room for that: the task is
+            met within ``MET``.
     """
 
     name: str
@@ -60,8 +63,9 @@ class ToolTask(Task):
             state: The robot now.
 
         Returns:
-            Its size, 0 where the task is met.
+            Its size, 0 where the task is met within ``MET``.
         """
         goal = self.goal
         T = inverse(goal.T_world_object) @ self.arm.tip(state.q, self.tool_state) @ goal.T_tip_palm
-        return max(0.0, float(pose_constraint_values(goal.constraints, T[None]).max()))
+        excess = float(pose_constraint_values(goal.constraints, T[None]).max())
+        return excess if excess > MET else 0.0
