@@ -191,6 +191,6 @@ class BeltsArm(CommissionArm):
         """Note plans and faults so far."""
         handling = self._handling
         self.plans = [ScenePlan(each.plan, each.scene) for each in handling.motions]
-        self.n_collisions = len(handling.world.collisions)
+        self.collisions = handling.world.collisions
         self.n_limit_violations = sum(len(each.limit_violations) for each in handling.records)
         self._at = Start(handling.world.q.copy(), self._home.tool_state)

@@ -30,6 +30,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_seed
+from pickcli.simulation.contacts import Collision
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.execute import execute
 from pickcli.simulation.motion_recorder import MotionRecorder
@@ -127,7 +128,7 @@ class CommissionArm:
         before: The true scene as the truck came to the load; None before.
         recorder: All motion, on the clock of the world.
         plans: Plans that were executed, in order.
-        n_collisions: Number of unplanned contacts.
+        collisions: All unplanned contacts so far, in order, on the clock of the world.
         n_limit_violations: Number of violated joint limits.
         n_stops: Number of protective stops.
     """
@@ -151,7 +152,8 @@ class CommissionArm:
         self.before: Scene | None = None
         self.recorder = MotionRecorder()
         self.plans: list[ScenePlan] = []
-        self.n_collisions = self.n_limit_violations = self.n_stops = 0
+        self.collisions: tuple[Collision, ...] = ()
+        self.n_limit_violations = self.n_stops = 0
 
     @property
     def is_home(self) -> bool:
@@ -381,7 +383,7 @@ class CommissionArm:
         noted = self.recorder.begin(plan, world)
         run = execute(plan, world, on_progress=lambda progress: noted.note(world, progress))
         noted.t_end = world.t
-        self.n_collisions += len(run.collisions)
+        self.collisions += tuple(run.collisions)
         self.n_limit_violations += len(run.limit_violations)
         self.n_stops += run.stop is not None
         if run.stop is None and world.held is None:

@@ -71,7 +71,7 @@ class CommissionedItem:
         outcome: What became of it.
         attempts: Number of executed motions.
         set_down: How far it was off its place after it was set down; None if nothing moved.
-        at_end: The same after all drives; None if the arm did not move for it, or it was taken away by hand.
+        at_end: The same after all drives; None if it is on the load, or was taken away by hand.
     """
 
     id: str

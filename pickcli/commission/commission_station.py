@@ -344,10 +344,12 @@ def _faults(cell: Cell, hand: BeltHand | None, each: LoadItem) -> Iterator[str]:
             names = ", ".join(hand.objects)
             yield f"{each.id}, for which the hand {hand.name} has no currents (it has them for {names})"
         elif _is_other(each.item, known := hand.objects[each.item.name]):
-            wide, mass = f"{known.width:g} m wide and {known.height:g} m high", f"{known.mass:g} kg"
+            solids = " and ".join(str(part.shape.kind.value) for part in known.parts)
+            size = " x ".join(f"{side:g}" for side in extents)
             yield (
-                f"{each.id}, {' x '.join(f'{side:g}' for side in extents)} m and {each.item.mass:g} kg, for "
-                f"which the hand {hand.name} has the currents of another object, {wide}, {mass}"
+                f"{each.id}, a {each.item.shape.kind.value} of {size} m and {each.item.mass:g} kg, for which "
+                f"the hand {hand.name} has the currents of another object, a {solids} {known.width:g} m wide "
+                f"and {known.height:g} m high, {known.mass:g} kg"
             )
         return
     if not grasp_method(tool).may_hold(each.item):
@@ -357,8 +359,11 @@ def _faults(cell: Cell, hand: BeltHand | None, each: LoadItem) -> Iterator[str]:
 
 def _is_other(item: Item, known: GraspObject) -> bool:
     """Whether an item is not the object that a hand knows by its name."""
-    asked = (float(item.shape.extents[0]), float(item.shape.extents[2]), item.mass)
-    return not np.allclose(asked, (known.width, known.height, known.mass), rtol=SAME_OBJECT)
+    if len(known.parts) == 1 and item.shape.kind is not known.parts[0].shape.kind:
+        return True
+    deep = max(float(part.shape.extents[1]) for part in known.parts)
+    asked = (*item.shape.extents.tolist(), item.mass)
+    return not np.allclose(asked, (known.width, deep, known.height, known.mass), rtol=SAME_OBJECT)
 
 
 def _placements(commission: Commission) -> tuple[Placement, ...]:

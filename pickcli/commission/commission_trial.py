@@ -6,7 +6,7 @@ Truck and arm move one at a time, and hand over at rest: the truck drives only w
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from pickcli.commission.belts_arm import BeltsArm
@@ -189,11 +189,13 @@ class _CommissionTrial:
             return self.chosen in self.tried and self.tried[self.chosen].is_open, self.chosen
         decided = sum(not each.is_open for each in self.tried.values())
         self.on_progress(Progress(decided, len(self.tried), name))
-        began, reason, is_success = self.now, "", True
+        began, reason, is_success, n_met = self.now, "", True, len(self.arm.collisions)
         try:
             figures = self._action(name)(**arguments)
         except ActionError as failed:
             figures, reason, is_success = failed.figures, str(failed), False
+        if met := self.arm.collisions[n_met:]:
+            figures = {**figures, "contacts": [asdict(each) for each in met]}
         target = self.chosen if name in ("choose_item", "transfer_item", "skip_item") else ""
         label = " ".join([name, *map(str, arguments.values())])
         self.steps.append(CommissionStep(label, target, began, self.now, is_success, reason, figures))
@@ -314,10 +316,11 @@ class _CommissionTrial:
         tried = self.tried[name]
         tried.attempts += 1
         tried.set_down = done.set_down
+        for each, other in self.tried.items():  # others may have been taken along
+            other.is_open &= self.arm.is_on_load(each)
         if done.set_down is not None and done.set_down.is_in_place:
-            tried.is_open, tried.is_placed = False, True
+            tried.is_placed = True
             return {**done.figures, **({"trouble": done.trouble} if done.trouble else {})}
-        tried.is_open &= self.arm.is_on_load(name)  # what was given up stays so
         where = f"{name} was taken away by hand" if done.set_down is None else f"{name} ended {done.set_down}"
         raise ActionError("; ".join(filter(None, (done.trouble, where))), done.figures)
 
@@ -340,7 +343,7 @@ class _CommissionTrial:
         result = CommissionResult(
             tuple(self.steps), tuple(self._item(each.id) for each in self.station.commission.items),
             self.delivered, deviation(truck.true, self.station.commission.end),
-            arm.n_collisions + truck.n_collisions, arm.n_limit_violations, arm.n_stops, self.aborted,
+            len(arm.collisions) + truck.n_collisions, arm.n_limit_violations, arm.n_stops, self.aborted,
             self.now,
             sum(each.t_end - each.t_start for each in self.steps if each.action in handling),
             _people_met(truck.drives) if self._request.watched else None,
@@ -352,8 +355,9 @@ class _CommissionTrial:
 
     def _item(self, name: str) -> CommissionedItem:
         tried = self.tried[name]
-        at_end = self.arm.item_off(name) if tried.attempts and self.arm.has(name) else None
-        outcome = CommissionedOutcome.LOST if tried.attempts else CommissionedOutcome.LEFT
+        is_moved = tried.attempts > 0 or (self.arm.before is not None and not self.arm.is_on_load(name))
+        at_end = self.arm.item_off(name) if is_moved and self.arm.has(name) else None
+        outcome = CommissionedOutcome.LOST if is_moved else CommissionedOutcome.LEFT
         if tried.is_placed and at_end is not None and at_end.is_in_place:
             outcome = CommissionedOutcome.PLACED
         return CommissionedItem(name, outcome, tried.attempts, tried.set_down, at_end)

@@ -6,7 +6,7 @@ simulated depth pictures on the way into it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,7 +30,7 @@ from pickcli.seeds import derived_rng, derived_seed
 
 NEAR = 0.02, float(np.deg2rad(0.7))  # m and rad of its goal, where a truck believes to have arrived
 STRAIGHT_TO_LOAD, STRAIGHT_TO_DELIVERY = 0.2, -0.3  # m of the last part of drives, negative backwards
-ENTRY, LEAVING = "enter_pallet", "drive end"  # names of drives
+ENTRY = "enter_pallet"  # name of drives into the pallet
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ class CommissionTruck:
         self.on_forks: Array | None = None
         self.is_raised = False
         self.set_down_at: Array | None = None
-        self._left_behind: Array | None = None  # (3,) m, m, rad, where it is believed to stand then
+        self._left_behind: Array | None = None  # (3,) m, m, rad, where that is believed to be
         self.drives: list[TruckDrive] = []
         self.n_collisions = 0
 
@@ -124,9 +124,9 @@ class CommissionTruck:
         entry = enter_pallet(area, plan, self._pallet, self._truck, seed, watch)
         self._expected = entry.seen or self._expected
         figures = {"pictures": entry.n_seen, "renewals": entry.n_renewed, "stops": entry.n_stops}
-        drive = self._driven(ENTRY, entry.poses, entry.duration, area, figures, watch=watch)
-        for real in self._pallet.real:
-            self._refuse_meeting(area, real)
+        drive = self._driven(
+            ENTRY, entry.poses, entry.duration, area, figures, watch=watch, pallets=self._pallet.real
+        )
         if entry.has_given_up:
             why = "the pallet was not seen, or there is no path into it where it was seen"
             raise ActionError(why, drive.figures)
@@ -178,9 +178,8 @@ class CommissionTruck:
         if self._left_behind is None:
             self._left_behind = posed(self.believed, self.station.pallet_in_truck)
         pallet = replace(self.station.commission.pallet, pose=self._left_behind)
-        drive = self._followed(LEAVING, _planned(lambda: _plan_leaving(area, pallet)), area)
-        self._refuse_meeting(area, replace(pallet, pose=self.set_down_at))
-        return self._arrived(end, drive)
+        plan, real = _planned(lambda: _plan_leaving(area, pallet)), replace(pallet, pose=self.set_down_at)
+        return self._arrived(end, self._followed("drive end", plan, area, (real,)))
 
     def raise_forks(self) -> None:
         """Raise the forks with the pallet. Raises ActionError without one."""
@@ -211,13 +210,15 @@ class CommissionTruck:
         area = self.station.loaded(self.believed, at, straight)
         return self._arrived(at, self._followed(name, _planned(lambda: plan_drive(area)), area))
 
-    def _followed(self, name: str, plan: DrivePlan, area: DrivingArea) -> TruckDrive:
+    def _followed(
+        self, name: str, plan: DrivePlan, area: DrivingArea, pallets: Sequence[StatedPallet] = ()
+    ) -> TruckDrive:
         watch = self._watch_of(name, area)
         run = followed(plan, self._truck, watch)
         duration = float(run.durations[0])
         felt = _felt(run, area.truck, float(self.station.pallet_in_truck[0])) if self.is_raised else None
         figures = {"planned_s": plan.profile.duration}
-        return self._driven(name, run.poses[:, 0], duration, area, figures, felt, watch)
+        return self._driven(name, run.poses[:, 0], duration, area, figures, felt, watch, pallets)
 
     def _watch_of(self, name: str, area: DrivingArea) -> PeopleWatch | None:
         """What watches a drive."""
@@ -225,17 +226,22 @@ class CommissionTruck:
 
     def _driven(
         self, name: str, poses: Array, duration: float, area: DrivingArea, figures: dict[str, Any],
-        felt: Array | None = None, watch: PeopleWatch | None = None,
+        felt: Array | None = None, watch: PeopleWatch | None = None, pallets: Sequence[StatedPallet] = (),
     ) -> TruckDrive:  # fmt: skip
-        """Keep a drive, and count whether the truck met walls, boxes or people.
+        """Keep a drive, and count whether the truck met walls, boxes, people or pallets on the floor.
 
         Raises:
-            ActionError: Somebody stayed before the truck for so long that the drive was given up.
+            ActionError: Somebody stayed before the truck for so long that the drive was given up, or it met a
+                pallet.
         """
         outcome = None if watch is None else watch.outcome()
         least, n = self._clearance(area, poses), round(duration / PERIOD) + 1
         self.n_collisions += least <= 0.0
         figures |= {"drive_s": duration, "clearance_m": least}
+        gap = min((pallet_gap(area, each, poses[:n]) for each in pallets), default=np.inf)
+        if pallets:
+            figures["pallet_gap_m"] = gap
+            self.n_collisions += gap <= 0.0
         felt = np.zeros((0, 2)) if felt is None else felt[:n]
         if outcome is not None:
             figures |= outcome.figures
@@ -246,6 +252,8 @@ class CommissionTruck:
                 f"somebody stayed in the protective field: the truck did not get on for {MOST_WAIT:g} s",
                 figures,
             )
+        if gap <= 0.0:
+            raise ActionError(f"the forks or the truck met the pallet, {-1e3 * gap:.0f} mm deep", figures)
         return self.drives[-1]
 
     def _clearance(self, area: DrivingArea, poses: Array) -> float:
@@ -256,16 +264,6 @@ class CommissionTruck:
         pallet = replace(bare, front=shape.length / 2, back=shape.length / 2, width=shape.width)
         carried = clearances(replace(area, truck=pallet), posed(poses, self.on_forks))
         return float(min(carried.min(), clearances(replace(area, truck=bare), poses).min()))
-
-    def _refuse_meeting(self, area: DrivingArea, pallet: StatedPallet) -> None:
-        """Raise ActionError if the truck met a pallet in its last drive, into it or out of it; count that."""
-        drive = self.drives[-1]
-        drive.figures["pallet_gap_m"] = gap = pallet_gap(area, pallet, drive.poses)
-        if gap <= 0.0:
-            self.n_collisions += 1
-            raise ActionError(
-                f"the forks or the truck met the pallet, {-1e3 * gap:.0f} mm deep", drive.figures
-            )
 
     def _arrived(self, goal: Array, drive: TruckDrive) -> TruckDrive:
         """Raise ActionError unless the truck believes to be where a drive was to lead."""

@@ -98,7 +98,13 @@ def test_a_product_for_which_the_hand_has_no_currents_is_refused(tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    "product", [{"cylinder": [0.029, 0.2], "mass": 0.358}, {"cylinder": [0.029, 0.146], "mass": 0.5}]
+    "product",
+    [
+        {"cylinder": [0.029, 0.2], "mass": 0.358},
+        {"cylinder": [0.029, 0.146], "mass": 0.5},
+        {"box": [0.058, 0.058, 0.146], "mass": 0.358},
+    ],
+    ids=["higher", "heavier", "square"],
 )
 def test_a_product_that_is_not_the_object_of_its_name_is_refused(product: Any, tmp_path: Path) -> None:
     def other(data: dict[str, Any]) -> None:
@@ -107,4 +113,9 @@ def test_a_product_that_is_not_the_object_of_its_name_is_refused(product: Any, t
 
     path = written(tmp_path, other)
     answer = apc("run-trial", path, "--cell", "apple_booth_belts", "-o", tmp_path / "out")
-    refused(answer, 3, path, "has the currents of another object, 0.058 m wide and 0.146 m high, 0.358 kg")
+    refused(
+        answer,
+        3,
+        path,
+        "has the currents of another object, a cylinder 0.058 m wide and 0.146 m high, 0.358 kg",
+    )

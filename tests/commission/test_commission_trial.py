@@ -12,12 +12,14 @@ import pytest
 
 from pickcli.commission import commission_truck
 from pickcli.commission.commission import LOAD, PALLET
-from pickcli.commission.commission_arm import CommissionArm
+from pickcli.commission.commission_arm import CommissionArm, CommissionTransfer
 from pickcli.commission.commission_record import commission_record
 from pickcli.commission.commission_result import ActionError, CommissionedOutcome
 from pickcli.commission.commission_station import CommissionStation, with_thing_at
 from pickcli.commission.commission_trial import CommissionRequest, PlayedCommission
 from pickcli.commission.commission_truck import CommissionTruck
+from pickcli.driving.drive_plan import DrivePlan
+from pickcli.driving.driving_area import DrivingArea
 from pickcli.driving.free_space_proof import clearances
 from pickcli.driving.simulated_drives import DriveNoise, NoisyTruck
 from pickcli.files.packed_array import unpacked
@@ -276,7 +278,10 @@ def test_a_square_box_may_be_turned_by_quarters_and_another_by_halves(
     assert turns == pytest.approx([0.3, quarter] * 2, abs=0.01)
 
 
-def test_the_truck_leaves_the_pallet_it_delivered_and_keeps_away_from_it(station: CommissionStation) -> None:
+@pytest.mark.parametrize(("share", "planner"), [(0.9, "plan_exit"), (1.1, "plan_drive")])
+def test_the_truck_leaves_the_pallet_it_delivered_and_keeps_away_from_it(
+    station: CommissionStation, monkeypatch: pytest.MonkeyPatch, share: float, planner: str
+) -> None:
     truck = CommissionTruck(station, DriveNoise(), 3)
     inside = with_thing_at(station.commission.delivery, station.pallet_in_truck)
     truck.on_forks, truck.is_raised = station.pallet_in_truck, True
@@ -284,10 +289,34 @@ def test_the_truck_leaves_the_pallet_it_delivered_and_keeps_away_from_it(station
     truck.set_down()
     first = truck.leave()
     assert first is not None and first.figures["pallet_gap_m"] > 0.0 and truck.leave() is None
-    out = np.array([0.9 * station.commission.pallet.shape.length, 0.0, 0.0])
+    out = np.array([share * station.commission.pallet.shape.length, 0.0, 0.0])
     _stand(truck, inside + out)  # as if it had braked there
+    planned, plan = list[DrivingArea](), getattr(commission_truck, planner)
+
+    def noted(area: DrivingArea, *args: Any) -> DrivePlan:
+        planned.append(area)
+        found: DrivePlan = plan(area, *args)
+        return found
+
+    monkeypatch.setattr(commission_truck, planner, noted)
     again = truck.leave()
+    assert len(planned) == 1
+    assert planner == "plan_exit" or len(planned[0].boxes) == len(station.leaving(inside).boxes) + 1
     assert again is not None and again.figures["pallet_gap_m"] > 0.0 and truck.n_collisions == 0
+
+
+def test_what_another_motion_took_along_is_lost_and_not_tried(
+    two: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def taking_both(arm: CommissionArm, name: str) -> CommissionTransfer:
+        for each in ("coke", "box_45"):
+            arm._there().take_out(each)  # type: ignore[attr-defined]
+        return CommissionTransfer(name, None, "stopped", ())
+
+    monkeypatch.setattr(CommissionArm, "transfer", taking_both)
+    result = play(two, seed=5).result
+    assert {each.outcome for each in result.items} == {CommissionedOutcome.LOST}
+    assert [each.action for each in result.steps].count("transfer_item") == 1
 
 
 def _stand(truck: CommissionTruck, at: Array) -> None:
