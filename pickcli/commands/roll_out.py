@@ -72,6 +72,8 @@ def command(
     context = PlanningContext(scene.cell)
     found = ItemEnvelopes.of(context, scene, scene.find(item_name), scene.cell.robot.tool.default_state)
     q, _ = parse_configuration(scene.cell, start)
+    if not found.arm.is_valid(q):
+        raise NoPlanError(f"roll-out of {file.name}", [found.arm.explain(q).at("start")])
     chosen = _chosen(found, envelope_name)
     ended = roll_out_into(
         lambda envelope, start, rates: _run(file, context, found, envelope, start, rates, seconds),
@@ -80,7 +82,7 @@ def command(
     best = best_of(ended)
     write_bytes(output, _csv(scene.cell, file, best.run).encode(), overwrite)
     if not best.is_reached:
-        raise _not_reached(context, found, ended, len(chosen), file, seed)
+        raise _not_reached(context, found, ended, len(chosen), file, seed, output)
     if as_json:
         emit_json(_as_json(file, best, output))
         return
@@ -124,6 +126,7 @@ def _not_reached(
     n_whole: int,
     file: StackFile,
     seed: int,
+    output: Path,
 ) -> NoPlanError:
     """Explain where roll-outs ended, which level gave way, and what a region query finds from there."""
     from pickcli.planning.envelope_roll_outs import best_of
@@ -136,12 +139,16 @@ def _not_reached(
             level = int(run.slack[-1, :above].argmax())
             detail += f"; level {level + 1} ({', '.join(file.task_names[level])}) gave way most"
         reasons.append(Reason(run.end.value, each.envelope.name, detail))
-    reasons.append(_by_region_query(context, found, best_of(ended).run, seed))
+    best = best_of(ended)
+    if best not in ended[:n_whole]:
+        detail = f"after {best.run.duration:.2f} s in all, {file.model.goal} off by {best.left:.3g}"
+        where = f"the nearest of all, {best.envelope.name} or part of it"
+        reasons.append(Reason(best.run.end.value, where, detail))
+    reasons.append(_by_region_query(context, found, best.run, seed))
     more = len(ended) - n_whole
-    parts = (
-        f", nor a free part of them by {more} roll-outs from there and from where these ended" if more else ""
-    )
+    parts = f", nor any of them or of their free parts in {more} more roll-outs" if more else ""
     lines = [f"none of {n_whole} envelopes is reached{parts}", *(f"  {reason}" for reason in reasons)]
+    lines.append(f"  the instants of the nearest one are in {output}")
     return NoPlanError(f"roll-out of {file.name}", reasons, "\n".join(lines))
 
 

@@ -66,3 +66,19 @@ def test_mistakes_are_told_and_nothing_is_written(table: Path, tmp_path: Path) -
         "unknown configuration 'nowhere'",
     )
     assert not out.exists()
+
+
+def test_a_ball_that_fingers_just_span_is_reached_within_the_limits(tmp_path: Path) -> None:
+    scene, out = tmp_path / "ball.json", tmp_path / "run.csv"
+    apc("make-scene", "--cell", "panda_table", "--in", "mat_front=rawlings_baseball", "-o", scene)
+    told = json.loads(
+        apc("roll-out", "grasp", "--scene", scene, "--item", "rawlings_baseball", "-o", out, "--json").out
+    )
+    assert told["end"] == "reached" and told["duration"] < 8.0
+
+
+def test_a_start_in_collision_is_told_and_nothing_is_written(table: Path, tmp_path: Path) -> None:
+    out = tmp_path / "run.csv"
+    argv = ("roll-out", "grasp", "--scene", table, "--item", ITEM, "-o", out)
+    refused(apc(*argv, "--from", "0,1.7,0,-0.1,0,1.5,0"), 5, "start: collision: panda_leftfinger")
+    assert not out.exists()
