@@ -124,9 +124,8 @@ class CommissionTruck:
         entry = enter_pallet(area, plan, self._pallet, self._truck, seed, watch)
         self._expected = entry.seen or self._expected
         figures = {"pictures": entry.n_seen, "renewals": entry.n_renewed, "stops": entry.n_stops}
-        drive = self._driven(
-            ENTRY, entry.poses, entry.duration, area, figures, watch=watch, pallets=self._pallet.real
-        )
+        driven = TruckDrive(ENTRY, entry.duration, entry.poses, np.zeros((0, 2)), figures, _outcome(watch))
+        drive = self._driven(driven, area, self._pallet.real)
         if entry.has_given_up:
             why = "the pallet was not seen, or there is no path into it where it was seen"
             raise ActionError(why, drive.figures)
@@ -216,45 +215,47 @@ class CommissionTruck:
         watch = self._watch_of(name, area)
         run = followed(plan, self._truck, watch)
         duration = float(run.durations[0])
-        felt = _felt(run, area.truck, float(self.station.pallet_in_truck[0])) if self.is_raised else None
+        felt = np.zeros((0, 2))
+        if self.is_raised:
+            felt = _felt(run, area.truck, float(self.station.pallet_in_truck[0]))
         figures = {"planned_s": plan.profile.duration}
-        return self._driven(name, run.poses[:, 0], duration, area, figures, felt, watch, pallets)
+        driven = TruckDrive(name, duration, run.poses[:, 0], felt, figures, _outcome(watch))
+        return self._driven(driven, area, pallets)
 
     def _watch_of(self, name: str, area: DrivingArea) -> PeopleWatch | None:
         """What watches a drive."""
         return None if self._oversee is None else self._oversee(name, area)
 
     def _driven(
-        self, name: str, poses: Array, duration: float, area: DrivingArea, figures: dict[str, Any],
-        felt: Array | None = None, watch: PeopleWatch | None = None, pallets: Sequence[StatedPallet] = (),
-    ) -> TruckDrive:  # fmt: skip
-        """Keep a drive, and count whether the truck met walls, boxes, people or pallets on the floor.
+        self, drive: TruckDrive, area: DrivingArea, pallets: Sequence[StatedPallet] = ()
+    ) -> TruckDrive:
+        """Keep a drive up to its end, and count whether the truck met anything: pallets on the floor, too.
 
         Raises:
             ActionError: Somebody stayed before the truck for so long that the drive was given up, or it met a
                 pallet.
         """
-        outcome = None if watch is None else watch.outcome()
-        least, n = self._clearance(area, poses), round(duration / PERIOD) + 1
+        n, figures, watched = round(drive.duration / PERIOD) + 1, drive.figures, drive.watched
+        least = self._clearance(area, drive.poses)
+        drive = replace(drive, poses=drive.poses[:n], felt=drive.felt[:n])
         self.n_collisions += least <= 0.0
-        figures |= {"drive_s": duration, "clearance_m": least}
-        gap = min((pallet_gap(area, each, poses[:n]) for each in pallets), default=np.inf)
+        figures |= {"drive_s": drive.duration, "clearance_m": least}
+        gap = min((pallet_gap(area, each, drive.poses) for each in pallets), default=np.inf)
         if pallets:
             figures["pallet_gap_m"] = gap
             self.n_collisions += gap <= 0.0
-        felt = np.zeros((0, 2)) if felt is None else felt[:n]
-        if outcome is not None:
-            figures |= outcome.figures
-            self.n_collisions += len(outcome.touched)
-        self.drives.append(TruckDrive(name, duration, poses[:n], felt, figures, outcome))
-        if outcome is not None and outcome.has_given_up:
+        if watched is not None:
+            figures |= watched.figures
+            self.n_collisions += len(watched.touched)
+        self.drives.append(drive)
+        if watched is not None and watched.has_given_up:
             raise ActionError(
                 f"somebody stayed in the protective field: the truck did not get on for {MOST_WAIT:g} s",
                 figures,
             )
         if gap <= 0.0:
             raise ActionError(f"the forks or the truck met the pallet, {-1e3 * gap:.0f} mm deep", figures)
-        return self.drives[-1]
+        return drive
 
     def _clearance(self, area: DrivingArea, poses: Array) -> float:
         """Least distance of truck and raised pallet from walls and boxes, m, the pallet where it truly is."""
@@ -323,6 +324,11 @@ def _really_off(stated: StatedPallet, seed: int) -> StatedPallet:
         return stated
     off = derived_rng("pallet", seed).uniform(-1.0, 1.0, 3) * stated.tolerance
     return replace(stated, off=off)
+
+
+def _outcome(watch: PeopleWatch | None) -> WatchedOutcome | None:
+    """What a watch saw, if there was one."""
+    return None if watch is None else watch.outcome()
 
 
 def _felt(run: FollowedDrives, truck: Tricycle, x: float) -> Array:

@@ -15,7 +15,8 @@ from pickcli.motion.plan import Plan
 from pickcli.path_planning import lattice_planner
 from pickcli.planning.belt_picks.belt_query import InterceptQuery
 from pickcli.planning.belt_picks.intercept import plan_intercept
-from pickcli.planning.coarse_motion import CoarsePath, plan_on_hand_lattice
+from pickcli.planning.coarse_motion import plan_on_hand_lattice
+from pickcli.planning.coarse_path import CoarsePath
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext

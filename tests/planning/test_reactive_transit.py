@@ -14,7 +14,7 @@ from pickcli.collision.motion_segment import Mode
 from pickcli.control.roll_out import End
 from pickcli.errors import Failures, Reason
 from pickcli.motion.plan import Plan
-from pickcli.planning.coarse_motion import CoarsePath
+from pickcli.planning.coarse_path import CoarsePath
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import GraspApproach

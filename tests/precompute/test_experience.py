@@ -21,7 +21,8 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import DamagedError, StaleError
-from pickcli.planning.coarse_motion import CoarsePath, plan_coarse
+from pickcli.planning.coarse_motion import plan_coarse
+from pickcli.planning.coarse_path import CoarsePath
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.precompute import experience
 from pickcli.precompute.experience import ExperienceFiles
