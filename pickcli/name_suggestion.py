@@ -38,7 +38,8 @@ def suggestion(name: str, known: Collection[str]) -> str:
     """
     if meant := _meant(name[:MAX_NAME], sorted(known)):
         return f"did you mean {' or '.join(map(repr, meant))}?"
-    listed = ", ".join(sorted(known)[:MAX_KNOWN]) + (", ..." if len(known) > MAX_KNOWN else "")
+    apart = "; " if any("," in each for each in known) else ", "
+    listed = apart.join(sorted(known)[:MAX_KNOWN]) + (f"{apart}..." if len(known) > MAX_KNOWN else "")
     return f"known: {listed or 'none'}"
 
 

@@ -81,10 +81,11 @@ def command(
     )  # fmt: skip
     best = best_of(ended)
     write_bytes(output, _csv(scene.cell, file, best.run).encode(), overwrite)
+    if as_json:
+        emit_json(_as_json(file, best, output))
     if not best.is_reached:
         raise _not_reached(context, found, ended, len(chosen), file, seed, output)
     if as_json:
-        emit_json(_as_json(file, best, output))
         return
     _print(file, best)
     click.echo(f"wrote {output}: {len(best.run.Q)} instants")

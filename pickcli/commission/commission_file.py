@@ -229,10 +229,12 @@ def _refuse_overlaps(source: Source, model: CommissionModel, commission: Commiss
 
 
 def _refuse_near(source: Source, commission: Commission) -> None:
-    """Note poses of the truck that do not keep the margin from walls and boxes."""
-    area = commission.area
-    for name, pose in (("start", area.start), ("end", commission.end)):
-        least = float(clearances(area, pose[None])[0].min())
+    """Note poses of the truck that do not keep the margin from walls, boxes and the pallet."""
+    area, pallet = commission.area, commission.pallet
+    delivered = replace(pallet, pose=commission.delivery)
+    for name, pose, there in (("start", area.start, pallet), ("end", commission.end, delivered)):
+        past = replace(area, boxes=(*area.boxes, there.footprint))
+        least = float(clearances(past, pose[None])[0].min())
         if least < area.margin:
-            text = f"the truck at the {name} is {least:.3f} m from walls or a box, {area.margin:g} m are kept"
-            source.add((name,), f"{text}; move it")
+            text = f"the truck at the {name} is {least:.3f} m from walls, a box or the pallet"
+            source.add((name,), f"{text}, {area.margin:g} m are kept; move it")

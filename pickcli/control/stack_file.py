@@ -26,6 +26,8 @@ from pickcli.files.yaml_reader import read_yaml
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm, ToolGoal
 
+GIVEN = "given"  # configuration of a posture that whoever runs the stack provides
+
 Gain = Annotated[float, Field(gt=0, le=1000)]
 Distance = Annotated[float, Field(ge=0, le=1)]
 
@@ -63,7 +65,7 @@ class PostureTaskModel(FileModel):
     """A configuration to which the joints are drawn."""
 
     kind: Literal["posture"] = Field(description="'posture'")
-    to: Text = Field(description="name of a configuration of the cell")
+    to: Text = Field(description="name of a configuration of the cell; `given` for that of a plan")
     gain: Gain = Field(description="1/s")
 
 
@@ -187,7 +189,12 @@ class StackFile:
     def _named(self, controlled: ControlledArm, name: str) -> Array:
         if name not in controlled.configurations:
             known = list(controlled.configurations)
-            raise UnknownNameError("configuration", name, known, f"stack {self.name}, posture")
+            where = f"stack {self.name}, posture"
+            given = (
+                "the configuration is given by a plan, as by apc plan-pick --approach reactive; to let the "
+                f"stack run alone, name one of the cell in a copy of its file: {', '.join(known)}"
+            )
+            raise UnknownNameError("configuration", name, known, where, text=given if name == GIVEN else "")
         return controlled.configurations[name]
 
 

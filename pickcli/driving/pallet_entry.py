@@ -27,6 +27,7 @@ RUN_UP = 0.4  # m before the pallet, in which the tips go straight already
 LEAST_STRAIGHT = 1.0  # m
 FORK_GAP = 0.02  # m beside and above the forks in the pockets, at least
 BACK_OUT = 1.2  # m that a truck drives away from a pallet before it tries again
+LEAST_OUT = 0.02  # m of a drive out of a pallet that go straight
 N_AWAY = 60  # poses on that way, at which the forks are to be free of the sides of pockets
 N_ALONG = 8  # points along the side of a fork, at which its distance from a pocket is taken
 LEAST_REST = 0.4  # m of the approach that is left to be changed
@@ -152,7 +153,7 @@ def plan_exit(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
     """Plan a drive out of a pallet that stands on the floor: straight until the forks are out, then on.
 
     Args:
-        area: The area, in which the truck starts with its forks in the pallet.
+        area: The area, in which the truck starts with its forks in the pallet, all of them or their tips.
         pallet: The pallet, where it is believed to stand.
 
     Returns:
@@ -163,8 +164,10 @@ def plan_exit(area: DrivingArea, pallet: StatedPallet) -> DrivePlan:
         NoPlanError: There is no way out of it, or from there to the goal.
     """
     failed: list[NoPlanError] = []
+    is_out = float(seen_from(entered_pose(area, pallet), area.start)[0])  # m of the way, on a second drive
+    left = max(LEAST_OUT, straight_length(area, pallet) - is_out)
     for more in FARTHER:
-        length = straight_length(area, pallet) + more
+        length = left + more
         out = SteeringPath(area.truck, area.start, np.array([length]), np.zeros(2))
         try:
             _prove_straight(area, pallet, out, "a drive out of the pallet")

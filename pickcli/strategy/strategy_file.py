@@ -77,12 +77,12 @@ def load_strategy(name: str, kind: TrialKind = TrialKind.ORDER) -> Strategy:
     return strategy
 
 
-def find_strategy(name: str, first: TrialKind = TrialKind.ORDER) -> Strategy:
+def find_strategy(name: str, first: TrialKind | None = None) -> Strategy:
     """Read a strategy of any kind by its name or from a file.
 
     Args:
         name: Name of a packaged strategy, or path of a file.
-        first: Of which kind it is if there are several of the name.
+        first: Of which kind it is if there are several of the name; None if any will do.
 
     Returns:
         The strategy.
@@ -90,14 +90,17 @@ def find_strategy(name: str, first: TrialKind = TrialKind.ORDER) -> Strategy:
     Raises:
         InputError: There is no such strategy, or the file is invalid: with every mistake and its position.
     """
-    for kind in (first, *TrialKind):
+    kinds = tuple(TrialKind) if first is None else (first,)
+    for kind in (*kinds, *TrialKind):
         if name in packaged_strategies(kind):
             return read_strategy(_folder(kind) / f"{name}.yaml")
     path = Path(name)
     if path.suffix.lower() in SUFFIXES or (name and path.exists()):
         return read_strategy(path)
-    hint = f"{suggestion(name, packaged_strategies(first))}; or name a file (.yaml)"
-    raise UnknownNameError("strategy", name, packaged_strategies(first), hint=hint)
+    known = [each for kind in kinds for each in packaged_strategies(kind)]
+    meant = suggestion(name, known)
+    hint = f"{meant}{' Or' if meant.endswith('?') else '; or'} name a file (.yaml)"
+    raise UnknownNameError("strategy", name, known, hint=hint)
 
 
 def read_strategy(path: Path) -> Strategy:

@@ -41,8 +41,11 @@ def test_an_envelope_is_reached_and_every_instant_is_in_the_table(table: Path, t
 def test_where_it_gets_stuck_the_level_that_gave_way_is_told(table: Path, tmp_path: Path) -> None:
     out = tmp_path / "run.csv"
     below = ("--envelope", "-z, closing along y")  # through the table
-    answer = apc("roll-out", "grasp", "--scene", table, "--item", ITEM, *below, "-o", out)
-    assert answer.code == 5
+    answer = apc("roll-out", "grasp", "--scene", table, "--item", ITEM, *below, "-o", out, "--json")
+    told = json.loads(answer.out)
+    assert answer.code == told["exit_code"] == 5
+    assert told["end"] != "reached" and told["errors"]["envelope"] > 0.0 and told["path"] == str(out)
+    assert told["instants"] == len(out.read_text().splitlines()) - 1
     assert "-z, closing along y: after" in answer.err.replace("local minimum", "").replace(": : ", ": ") or (
         "(envelope) gave way most" in answer.err or "(obstacles) gave way most" in answer.err
     )
@@ -55,6 +58,7 @@ def test_mistakes_are_told_and_nothing_is_written(table: Path, tmp_path: Path) -
     argv = ("roll-out", "grasp", "--scene", table, "-o", out)
     refused(apc(*argv, "--item", "soap"), 3, "unknown item 'soap'")
     refused(apc(*argv, "--item", ITEM, "--envelope", "top"), 3, "unknown envelope 'top'")
+    refused(apc("roll-out", "reach", "--scene", table, "--item", ITEM, "-o", out), 3, "--approach reactive")
     refused(apc("roll-out", "gras", "--scene", table, "--item", ITEM, "-o", out), 3, "gras")
     refused(apc(*argv[:-1], tmp_path / "run.txt", "--item", ITEM), 3, "written as .csv")
     mine = tmp_path / "mine.yaml"

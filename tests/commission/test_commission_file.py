@@ -22,8 +22,10 @@ MISTAKES: dict[str, tuple[Change, str]] = {
     "end": (lambda d: d["end"].update(position=[3.2, 0.3]), "end: the truck at the end is "),
     "boxed": (
         lambda d: d.update(boxes=[{"name": "crate", "centre": [4.0, 1.1], "size": [0.3, 0.3]}]),
-        "the truck at the start is 0.000 m from walls or a box",
+        "the truck at the start is 0.000 m from walls, a box or the pallet",
     ),
+    "start_on_pallet": (lambda d: d["start"].update(position=[1.1, 1.1]), "start: the truck at the "),
+    "end_on_pallet": (lambda d: d["end"].update(position=[1.1, 1.9]), "end: the truck at the end is "),
     "product": (
         lambda d: d["items"][1].update(product="cola"),
         "items[1].product: no product is named 'cola'; known: beer",

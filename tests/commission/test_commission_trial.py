@@ -278,7 +278,9 @@ def test_a_square_box_may_be_turned_by_quarters_and_another_by_halves(
     assert turns == pytest.approx([0.3, quarter] * 2, abs=0.01)
 
 
-@pytest.mark.parametrize(("share", "planner"), [(0.9, "plan_exit"), (1.1, "plan_drive")])
+@pytest.mark.parametrize(("share", "planner"), [
+    (0.2, "plan_exit"), (0.4, "plan_exit"), (0.9, "plan_exit"), (1.1, "plan_drive"),
+])  # fmt: skip
 def test_the_truck_leaves_the_pallet_it_delivered_and_keeps_away_from_it(
     station: CommissionStation, monkeypatch: pytest.MonkeyPatch, share: float, planner: str
 ) -> None:

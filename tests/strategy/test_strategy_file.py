@@ -112,10 +112,12 @@ def test_a_file_of_another_kind_is_named_as_what_it_is() -> None:
 def test_packaged_strategies_are_found_by_name_and_unknown_ones_are_not() -> None:
     assert packaged_strategies() == ("delft", "kth", "points")
     assert all(load_strategy(name).name == name for name in packaged_strategies())
-    with pytest.raises(InputError, match=r"unknown strategy 'delf'; did you mean 'delft'\?; or name a file"):
+    with pytest.raises(InputError, match=r"unknown strategy 'delf'; did you mean 'delft'\? Or name a file"):
         load_strategy("delf")
     with pytest.raises(InputError, match=r"mine\.yaml"):
         load_strategy("mine.yaml")
+    with pytest.raises(InputError, match=r"did you mean 'apple'\? Or name a file"):
+        find_strategy("appel")
 
 
 @pytest.mark.parametrize("name", packaged_strategies())

@@ -15,7 +15,7 @@ import numpy as np
 from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.control.roll_out import ControlScene, RollOut, roll_out
-from pickcli.control.stack_file import ControlledArm, StackFile, read_stack, stack_file
+from pickcli.control.stack_file import GIVEN, ControlledArm, StackFile, read_stack, stack_file
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -25,7 +25,6 @@ from pickcli.planning.coarse_path import CoarsePath
 from pickcli.planning.planning_context import PlanningContext
 
 STACK = "reach"  # under data/stacks
-GIVEN = "given"  # the configuration that it leads to, in that file
 # rad or m that each joint may be off, from where the rest is straight, if that is proven: where lines begin,
 # something may be nearer than the controller wants.
 NEAR = 0.2
