@@ -144,7 +144,7 @@ def command(
         result = played.result
         try:  # neither a full disk nor a reader that has gone may lose the trial
             if as_json:
-                emit_json(played.record)
+                emit_json({"path": str(folder), **played.record})
             else:
                 _show(result)
         finally:

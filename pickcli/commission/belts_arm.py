@@ -27,7 +27,6 @@ from pickcli.hand.cluster import Cluster
 from pickcli.hand.grasp_trial import GraspEnd
 from pickcli.hand.pre_grasp_envelope import object_envelopes
 from pickcli.hand.pre_grasps import FRICTION_SPREAD
-from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.scene_bodies import true_masses
@@ -79,7 +78,7 @@ class BeltsArm(CommissionArm):
         self._note()
         world.wait(SETTLING)
         stages = tuple((str(s.name), s.end - s.start) for s in self._handling.stages[n_before:])
-        return CommissionTransfer(name, self.item_off(name) if self.has(name) else None, trouble, stages)
+        return CommissionTransfer(name, self.set_down_of(name), trouble, stages)
 
     def go_home(self) -> None:
         """Move home by a certified plan.
@@ -98,6 +97,8 @@ class BeltsArm(CommissionArm):
             raise ActionError(self._stopped(str(error), ())) from None
         finally:
             self._note()
+        if not self.is_home:
+            raise ActionError("the arm is not at home")
 
     def _grasped_from_here(self, seen: Scene, cluster: Cluster) -> ArmGrasp:
         """Grasp from where the arm is, or by way of home if it has no room to open there, or no plan."""
@@ -193,4 +194,3 @@ class BeltsArm(CommissionArm):
         self.plans = [ScenePlan(each.plan, each.scene) for each in handling.motions]
         self.collisions = handling.world.collisions
         self.n_limit_violations = sum(len(each.limit_violations) for each in handling.records)
-        self._at = Start(handling.world.q.copy(), self._home.tool_state)

@@ -25,7 +25,7 @@ from pickcli.motion.plan import Certify, Plan
 from pickcli.pallet_trials.pallet_result import SetDownDeviation
 from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
-from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_problem import PickQuery, StatedPlace
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -53,7 +53,8 @@ class CommissionTransfer:
 
     Attributes:
         item: Id of the item that was to be put there, or that was taken from its cluster instead.
-        set_down: How far it is from its place afterwards; None if it was taken away by hand.
+        set_down: How far it is from its place afterwards; None if it was taken away by hand, or stands on the
+            load again.
         trouble: What went wrong on the way; "" if nothing did.
         segments: Kind of each segment of the plan, and the s that it takes.
     """
@@ -255,9 +256,8 @@ class CommissionArm:
             return plan_pick(self.context, seen, query, start, seed, certify=certify)
 
         plan, trouble = self._moved(planned)  # whose end, from the fingers' opening on, lets the item settle
-        off = self.item_off(name) if self.has(name) else None
         parts = tuple((str(each.kind), each.t_end - each.t_start) for each in plan.segments)
-        return CommissionTransfer(name, off, trouble, parts)
+        return CommissionTransfer(name, self.set_down_of(name), trouble, parts)
 
     def go_home(self) -> None:
         """Move home; by way of a configuration over the pallet if there is no certified direct way.
@@ -313,6 +313,28 @@ class CommissionArm:
             Whether it is; False for one that was taken away by hand.
         """
         return self.has(name) and self._there().placed(name).location == LOAD
+
+    def set_down_of(self, name: str) -> SetDownDeviation | None:
+        """Return how far an item that may have been set down is from its place on the pallet.
+
+        Args:
+            name: Its id.
+
+        Returns:
+            The deviation; None if it was taken away by hand, or stands on the load.
+        """
+        return self.item_off(name) if self.has(name) and not self.is_on_load(name) else None
+
+    def place_of(self, name: str) -> StatedPlace:
+        """Return where an item is to stand on the pallet.
+
+        Args:
+            name: Its id.
+
+        Returns:
+            Its place in the frame of the pallet; after an exchange with another item the one that it got.
+        """
+        return self.station.stated(self._placements[name])
 
     def item_off(self, name: str) -> SetDownDeviation:
         """Return how far an item truly is from its place on the pallet.

@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from pickcli.pallet_trials.pallet_result import SetDownDeviation
+from pickcli.planning.pick_problem import StatedPlace
 
 DELIVERED_OFF, DELIVERED_TURNED = 0.06, 0.035  # m and rad: what entry and drive may each be off, together
 
@@ -29,8 +30,8 @@ class CommissionedOutcome(StrEnum):
     """What became of an item."""
 
     PLACED = "placed"  # it stands in its place on the pallet at the end
-    LEFT = "left"  # the arm did not move for it
-    LOST = "lost"  # the arm moved, and it is not in its place
+    LEFT = "left"  # it stands on the load
+    LOST = "lost"  # it is neither in its place nor on the load
 
 
 @dataclass(frozen=True)
@@ -69,13 +70,15 @@ class CommissionedItem:
     Attributes:
         id: Its id.
         outcome: What became of it.
+        place: Where it was to stand, in the frame of the pallet.
         attempts: Number of executed motions.
-        set_down: How far it was off its place after it was set down; None if nothing moved.
+        set_down: How far it was off its place after it was set down; None if nothing moved, or back only.
         at_end: The same after all drives; None if it is on the load, or was taken away by hand.
     """
 
     id: str
     outcome: CommissionedOutcome
+    place: StatedPlace
     attempts: int
     set_down: SetDownDeviation | None
     at_end: SetDownDeviation | None

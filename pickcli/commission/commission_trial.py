@@ -308,7 +308,8 @@ class _CommissionTrial:
         """Put the chosen item on the pallet."""
         if not self.at_load:
             raise ActionError("the truck does not stand at the load")
-        self._chosen()
+        if self.chosen not in self.tried or not self.tried[self.chosen].is_open:
+            raise ActionError("no open item is chosen")
         if any(each.attempts for each in self.tried.values()):
             self.arm.look()  # what was seen before has changed
         done = self.arm.transfer(self.chosen)
@@ -321,13 +322,10 @@ class _CommissionTrial:
         if done.set_down is not None and done.set_down.is_in_place:
             tried.is_placed = True
             return {**done.figures, **({"trouble": done.trouble} if done.trouble else {})}
-        where = f"{name} was taken away by hand" if done.set_down is None else f"{name} ended {done.set_down}"
-        raise ActionError("; ".join(filter(None, (done.trouble, where))), done.figures)
-
-    def _chosen(self) -> _Tried:
-        if self.chosen not in self.tried or not self.tried[self.chosen].is_open:
-            raise ActionError("no open item is chosen")
-        return self.tried[self.chosen]
+        where = f"ended {done.set_down}"
+        if done.set_down is None:
+            where = "stands on the load again" if self.arm.has(name) else "was taken away by hand"
+        raise ActionError("; ".join(filter(None, (done.trouble, f"{name} {where}"))), done.figures)
 
     def home_arm(self) -> dict[str, Any]:
         """Move the arm home."""
@@ -355,12 +353,13 @@ class _CommissionTrial:
 
     def _item(self, name: str) -> CommissionedItem:
         tried = self.tried[name]
-        is_moved = tried.attempts > 0 or (self.arm.before is not None and not self.arm.is_on_load(name))
-        at_end = self.arm.item_off(name) if is_moved and self.arm.has(name) else None
-        outcome = CommissionedOutcome.LOST if is_moved else CommissionedOutcome.LEFT
+        is_left = self.arm.before is None or self.arm.is_on_load(name)
+        at_end = None if is_left else self.arm.set_down_of(name)
+        outcome = CommissionedOutcome.LEFT if is_left else CommissionedOutcome.LOST
         if tried.is_placed and at_end is not None and at_end.is_in_place:
             outcome = CommissionedOutcome.PLACED
-        return CommissionedItem(name, outcome, tried.attempts, tried.set_down, at_end)
+        place = self.arm.place_of(name)
+        return CommissionedItem(name, outcome, place, tried.attempts, tried.set_down, at_end)
 
 
 def _people_met(drives: list[TruckDrive]) -> WatchedPeople:

@@ -21,10 +21,12 @@ from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import JobResult
 from pickcli.monte_carlo.packed_folder import misfit_of_folder
 from pickcli.pallet_trials.pallet_result import SetDownDeviation
+from pickcli.planning.pick_problem import StatedPlace
 from pickcli.seeds import derived_rng
 from pickcli.trial.trial_record import record_text
 
 ITEMS = ("beer", "coke", "beer#2")
+PLACE = StatedPlace(0.0, 0.0, 0.1)
 THERE = SetDownDeviation(0.001, 0.0, 0.0)
 
 
@@ -37,14 +39,14 @@ def scripted_record(name: str, seed: int, chance: float, sha256: str = "a") -> d
         steps.append(CommissionStep("transfer_item", item, t, t + 7.0, not lost, why))
         items.append(
             CommissionedItem(
-                item, CommissionedOutcome.LOST if lost else CommissionedOutcome.PLACED, 1, THERE,
+                item, CommissionedOutcome.LOST if lost else CommissionedOutcome.PLACED, PLACE, 1, THERE,
                 None if lost else THERE,
             )
         )  # fmt: skip
         t += 7.0
     if seed == 1:
         steps = [CommissionStep("enter_pallet", "", 0.0, 10.0, False, "the pallet was not seen")]
-        items = [CommissionedItem(item, CommissionedOutcome.LEFT, 0, None, None) for item in ITEMS]
+        items = [CommissionedItem(item, CommissionedOutcome.LEFT, PLACE, 0, None, None) for item in ITEMS]
     aborted = "enter_pallet: the pallet was not seen" if seed == 1 else ""
     off = None if aborted else FloorDeviation(0.001 * seed, 0.0)
     result = CommissionResult(

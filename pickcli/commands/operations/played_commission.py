@@ -102,7 +102,7 @@ def play_commission_file(
     record = commission_record(request, each.station, played, each.file_name, each.sha256)
     paths = write_commission_folder(folder, each.text, each.station, played, record, overwrite, with_plans)
     if as_json:
-        emit_json(record)
+        emit_json({"path": str(folder), **record})
     else:
         click.echo("\n".join([*_lines(played.result), f"wrote {paths[-1]} and {len(paths) - 1} more"]))
     if why := _what_went_wrong(played.result):

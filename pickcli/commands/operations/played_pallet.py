@@ -110,7 +110,7 @@ def play_pallet_file(
     record = pallet_record(request, station, played, path.name, digest)
     paths = write_pallet_folder(folder, stack, station, played, record, overwrite, with_plans)
     if as_json:
-        emit_json(record)
+        emit_json({"path": str(folder), **record})
     else:
         click.echo(
             "\n".join([*_lines(played.result, record), f"wrote {paths[-1]} and {len(paths) - 1} more"])

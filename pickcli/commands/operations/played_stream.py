@@ -96,7 +96,7 @@ def play_stream_file(
     cells = tuple(context.cell for context in each.contexts)
     paths = write_stream_folder(folder, each.content, cells, played, record, overwrite, with_plans)
     if as_json:
-        emit_json(record)
+        emit_json({"path": str(folder), **record})
     else:
         click.echo("\n".join([*_lines(result, record), f"wrote {paths[-1]} and {len(paths) - 1} more"]))
     if not result.is_clean:
