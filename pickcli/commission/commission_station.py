@@ -332,8 +332,8 @@ def _faults(cell: Cell, hand: BeltHand | None, each: LoadItem) -> Iterator[str]:
     """Yield why the arm cannot take an item."""
     tool, extents = cell.robot.tool, each.item.shape.extents
     half = cell.places[LOAD].room.size[:2] / 2
-    across = float(np.hypot(*extents[:2]) if len(each.item.shape.size) == 3 else extents[0]) / 2
-    over = float((np.abs(each.at[:2]) + across - half).max())
+    turned = rotation_axis_angle((0.0, 0.0, 1.0), float(each.at[2]))
+    over = float((np.abs(each.at[:2]) + each.item.shape.reach(turned)[:2] - half).max())
     if over > 0.0:
         yield (
             f"{each.id} at {each.at[0]:g}, {each.at[1]:g}, which stands {1e3 * over:.0f} mm over the edge of "

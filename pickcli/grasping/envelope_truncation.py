@@ -45,10 +45,10 @@ class Truncation:
         envelope: The largest part that is proven free; None if there is none.
         kept: Its share of the coordinates' ranges.
         cone_share: Its share of the angles of both cones.
-        roll_share: Width of the window of the roll that is left, as a share of a full turn; 1 if the roll was
-            not free, or all of it is left.
-        against: What most of the poses of the whole envelope that are not free meet; None if the whole
-            envelope is kept.
+        roll_share: Share of the roll that is left: of a free one the width of a window, as a share of a full
+            turn, of a bounded one that of its angle; 1 if all of it is left.
+        against: What most of the sampled poses of the whole envelope that are not free meet; None if all
+            of them are free.
     """
 
     envelope: Envelope | None

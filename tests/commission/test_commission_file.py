@@ -109,6 +109,10 @@ REFUSALS: dict[str, tuple[Change, str]] = {
         lambda d: d["items"][0].update(position=[-0.29, 0]),
         "beer at -0.29, 0, which stands 23 mm over the edge of the load, 0.6 x 0.4 m",
     ),
+    "turned_edge": (  # level by its sides it would be 3 mm inside
+        lambda d: d["items"][3].update(position=[0.2745, 0], yaw=0.785398),
+        "box_45 at 0.2745, 0, which stands 6 mm over the edge of the load, 0.6 x 0.4 m",
+    ),
     "room": (
         lambda d: d.update(filled={"low": [0.35, -0.05], "high": [0.55, 0.05]}),
         "the part of the deck that is filled, 0.2 x 0.1 m, has no room for",
