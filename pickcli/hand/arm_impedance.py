@@ -10,10 +10,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pickcli.cell.robot import Limits
 from pickcli.geometry import Array, rotation_rpy, rotation_vector, to_rpy
 from pickcli.hand.belt_hand import Wrist
 
 IDLE_DAMPING = 4.0  # Nms/rad of joint motion that does not move the hand
+LIMIT_ROOM = 0.05  # rad before the limit of a joint, from where on it is pushed back
+LIMIT_STIFFNESS = 800.0  # Nm/rad with which it is
+LIMIT_DAMPING = 0.7  # of the critical damping by its own inertia
 
 
 @dataclass
@@ -95,3 +99,24 @@ def wrist_position(T_world_hand: Array) -> Array:
         (6,) m and rad: x, y, z, yaw, pitch, roll.
     """
     return np.concatenate([T_world_hand[:3, 3], to_rpy(T_world_hand[:3, :3])[::-1]])
+
+
+def limit_efforts(limits: Limits, q: Array, dq: Array, inertia: Array) -> Array:
+    """Compute efforts that push joints back from their limits, by a spring and damper before each limit.
+
+    The impedance at the hand leaves an arm with more than six joints free to move; nothing else keeps that
+    motion within the limits.
+
+    Args:
+        limits: Of the joints.
+        q: (n,) rad.
+        dq: (n,) rad/s.
+        inertia: (n,) kg m^2 that each joint moves.
+
+    Returns:
+        (n,) Nm, zero for joints farther than ``LIMIT_ROOM`` from their limits.
+    """
+    below = np.maximum(limits.lower + LIMIT_ROOM - q, 0.0)
+    above = np.maximum(q - limits.upper + LIMIT_ROOM, 0.0)
+    damping = 2.0 * LIMIT_DAMPING * np.sqrt(LIMIT_STIFFNESS * inertia)
+    return np.asarray(LIMIT_STIFFNESS * (below - above) - damping * dq * (below + above > 0.0))

@@ -14,7 +14,7 @@ from pickcli.cell.inertial import Inertial
 from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.robots.urdf_writer import add_joint
 from pickcli.geometry import Array
-from pickcli.hand.arm_impedance import ArmImpedance
+from pickcli.hand.arm_impedance import ArmImpedance, limit_efforts
 from pickcli.hand.belt_hand import BeltHand
 from pickcli.hand.force_observer import ForceObserver
 from pickcli.hand.hand_urdf import FINGER_JOINTS, HINGES, PALM, add_fingers, add_solid, palm_body
@@ -67,6 +67,7 @@ class HandArm:
         self._torques = np.zeros(len(q))
         self._observer = ForceObserver(len(q))
         self._M = self._mass_matrix()
+        self._inertia = self._M[np.arange(len(q)), self._own]
         self._let_pass(cell)
 
     @property
@@ -80,6 +81,7 @@ class HandArm:
         self._engine.release_joints(ROBOT, self.joints)
         self.impedance.hold(self.T_world_hand)
         self._observer, self._M = ForceObserver(len(self.joints)), self._mass_matrix()
+        self._inertia = self._M[np.arange(len(self.joints)), self._own]
 
     def follow(self) -> None:
         """Follow set points from now on, at first where the arm is."""
@@ -112,6 +114,7 @@ class HandArm:
         J[:3] += np.cross(J[3:].T, T_hand[:3, 3] - T_flange[:3, 3]).T
         rates = engine.joint_velocities(ROBOT, self._all)
         efforts = self.impedance.efforts(T_hand, J, rates[self._own], gravity)
+        efforts += limit_efforts(self._arm.limits, self.q, rates[self._own], self._inertia)
         engine.exert(ROBOT, self.joints, efforts)
         self._feel(q, rates, efforts, J)
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from pickcli.geometry import pose, rotation_rpy
-from pickcli.hand.arm_impedance import ArmImpedance
+from pickcli.hand.arm_impedance import LIMIT_DAMPING, LIMIT_ROOM, LIMIT_STIFFNESS, ArmImpedance, limit_efforts
 from support.belt_hands import HAND
+from support.commissions import belts_booth
 
 WRIST = HAND.wrist
 TURNED = rotation_rpy(0.1, -0.2, 0.7)
@@ -64,3 +65,14 @@ def test_motion_that_does_not_move_the_hand_is_damped_without_a_force_on_it() ->
     efforts = impedance.efforts(pose(R=TURNED), J, rates, np.zeros(7))
     assert efforts[:6] == pytest.approx(np.zeros(6), abs=1e-9)
     assert efforts[6] < 0.0
+
+
+def test_joints_are_pushed_back_only_near_their_limits() -> None:
+    limits = belts_booth().robot.limits
+    q, inertia = 0.5 * (limits.lower + limits.upper), np.full(7, 2.0)
+    q[0], q[1], q[2] = limits.upper[0] - 0.03, limits.lower[1] + 0.03, limits.upper[2] - LIMIT_ROOM - 0.001
+    damping = 2.0 * LIMIT_DAMPING * np.sqrt(LIMIT_STIFFNESS * 2.0)
+    efforts = limit_efforts(limits, q, np.full(7, 0.1), inertia)
+    push = LIMIT_STIFFNESS * (LIMIT_ROOM - 0.03)
+    assert efforts[:2] == pytest.approx([-push - 0.1 * damping, push - 0.1 * damping])
+    assert efforts[2:] == pytest.approx(np.zeros(5), abs=1e-9)

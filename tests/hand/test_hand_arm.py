@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from pickcli.hand.guarded_grasp import MET
 from pickcli.hand.hand_arm import ROBOT
 from pickcli.hand.hand_urdf import PALM
 from pickcli.hand.staged_execution import SETTLED, StagedExecution
+from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import PoseNoise, Scene
 from support.belt_hands import HAND
 from support.commissions import belts_booth
@@ -26,6 +28,24 @@ def world() -> Iterator[ArmWorld]:
     found.arm.comply()
     yield found
     found.close()
+
+
+@pytest.mark.parametrize(("joint", "side"), [(0, 1), (1, -1), (2, 1), (3, -1), (5, 1)])
+def test_a_compliant_arm_is_kept_within_the_limits_of_its_joints(joint: int, side: int) -> None:
+    """The hand is led to where only the joint itself, which is near its limit, moves it most."""
+    cell = belts_booth()
+    limits, q = cell.robot.limits, cell.home.q.copy()
+    q[joint] = limits.upper[joint] - 0.06 if side > 0 else limits.lower[joint] + 0.06
+    with closing(ArmWorld(Scene(cell, cell.T_world_pod, (), PoseNoise()), HAND, q, {})) as world:
+        arm = Arm(cell.robot)
+        ahead = q + side * 0.15 * np.eye(len(q))[joint]
+        way = (arm.tip(ahead, world.tool_state) - arm.tip(q, world.tool_state))[:3, 3]
+        world.arm.comply()
+        wanted = world.arm.impedance.wanted.copy()
+        for share in np.minimum(np.arange(1200) / 800, 1.0):
+            world.arm.impedance.wanted[:3] = wanted[:3] + share * way
+            world.step()
+            assert (world.q > limits.lower).all() and (world.q < limits.upper).all()
 
 
 def felt_while(world: ArmWorld, way: Array, seconds: float) -> Array:
