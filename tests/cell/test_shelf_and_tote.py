@@ -129,8 +129,13 @@ def is_solid(cell: Cell, x: float, y: float, z: float) -> bool:
 
 def solids_at(cell: Cell, z: float) -> set[tuple[float, float]]:
     """Where on a raster of 10 mm over the pod and its surroundings something is at a height."""
-    xs, ys = np.linspace(-0.045, 0.935, 99), np.linspace(-0.485, 0.485, 98)
-    return {(float(x), float(y)) for x in xs for y in ys if is_solid(cell, x, y, z)}
+    xs, ys = np.meshgrid(np.linspace(-0.045, 0.935, 99), np.linspace(-0.485, 0.485, 98))
+    points = np.column_stack([xs.ravel(), ys.ravel(), np.full(xs.size, z), np.ones(xs.size)])
+    is_solid = np.zeros(len(points), dtype=bool)
+    for body in cell.pod.bodies:
+        local = (points @ inverse(body.T_parent_shape).T)[:, :3]
+        is_solid |= (np.abs(local) < np.array(body.shape.size) / 2).all(axis=1)
+    return {(float(x), float(y)) for x, y in points[is_solid, :2]}
 
 
 @pytest.mark.parametrize("z", [0.01, 0.4, 0.68, 0.79])

@@ -253,6 +253,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right |= {"name": "hand", "at": "cam_C"}
     if command == "import-tsr":
         right["output"] = out.with_suffix(".yaml")
+    if command in ("run-trial", "run-trials"):
+        right["perception"] = "noise"  # else what cameras see of all bins is looked at first
     if command == "show-strategy":
         right["output"] = out.with_suffix(".svg")
     if command == "show":

@@ -187,4 +187,8 @@ def test_trials_are_those_of_run_trial(tmp_path: Path) -> None:
         alone, many = (tmp_path / each / name for each in ("alone", "many/commission-6"))
         assert alone.read_bytes() == many.read_bytes(), name
     assert [line["seed"] for line in told["trials"]] == [5, 6]
+    other, drives = (
+        json.loads((tmp_path / f"many/commission-{seed}/trial.json").read_text())["drives"] for seed in (5, 6)
+    )
+    assert other != drives
     assert told["items_placed"]["tries"] == 2 and told["made_from"]["cell"] == "apple_booth"
