@@ -17,7 +17,7 @@ from pickcli.cell.robot import Limits
 from pickcli.cell.tool import ToolState
 from pickcli.cell.tools.cup_limits import CupLimits
 from pickcli.errors import NoPlanError
-from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
+from pickcli.geometry import GRAVITY, Array
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
@@ -41,12 +41,14 @@ class Gantry:
     """An arm whose joints are x, y, z in m and the angle about the tool's axis; the cup points down."""
 
     def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, tool_state: ToolState) -> TipMotion:
-        down = rotation_axis_angle((1.0, 0.0, 0.0), np.pi)
-        poses = [pose(q[:3], R=down @ rotation_axis_angle((0.0, 0.0, 1.0), q[3])) for q in Q]
+        cos, sin = np.cos(Q[:, 3]), np.sin(Q[:, 3])
+        poses = np.zeros((len(Q), 4, 4))
+        poses[:, 0, 0], poses[:, 0, 1], poses[:, 1, 0], poses[:, 1, 1] = cos, -sin, -sin, -cos
+        poses[:, 2, 2], poses[:, :3, 3], poses[:, 3, 3] = -1.0, Q[:, :3], 1.0
         # Joint 3 turns about the tool's z, which is the world's -z.
         spin, turning = (np.zeros((len(Q), 3)) for _ in range(2))
         spin[:, 2], turning[:, 2] = -dQ[:, 3], -ddQ[:, 3]
-        return TipMotion(np.array(poses), dQ[:, :3], spin, ddQ[:, :3], turning)
+        return TipMotion(poses, dQ[:, :3], spin, ddQ[:, :3], turning)
 
 
 def gantry_limits() -> Limits:
