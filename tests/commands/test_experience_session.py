@@ -83,7 +83,7 @@ def test_what_was_asked_for_is_written_before_learning_fails(
     argv = {
         "plan-pick": ("--scene", made.scene, "--bin", "bin_C", "--item", ITEM),
         "plan-move": ("--scene", made.scene, "--from", "home", "--to", "bin_C"),
-        "run-trial": (made.order, "--seed", 3),
+        "run-trial": (made.order, "--seed", 3, "--perception", "noise"),
     }[command]
     answer = apc(command, *argv, "-o", out, "--learn")
     assert answer.code == 4 and "damaged meanwhile" in answer.err
