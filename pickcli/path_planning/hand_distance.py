@@ -13,8 +13,6 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 
 from pickcli.collision.hand_sphere import HandSphereChecker
 from pickcli.geometry import Array
@@ -75,6 +73,9 @@ class HandGrid:
         Returns:
             (X, Y, Z) m; infinite where there is no way.
         """
+        from scipy.sparse import coo_array  # slow to import; only for searches on a lattice
+        from scipy.sparse.csgraph import dijkstra
+
         n = self.is_free.size
         index = np.arange(n).reshape(self.is_free.shape)
         rows, columns, lengths = self._edges(index)
