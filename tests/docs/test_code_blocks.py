@@ -97,6 +97,7 @@ def run(block: Block, step: str, folder: Path) -> subprocess.CompletedProcess[st
     )
 
 
+OVERWRITE = "--overwrite"  # changes nothing of what is written
 WRITES = ("-o", "--picture", "--video")  # options of what a command writes, and of nothing else
 
 
@@ -107,14 +108,20 @@ class Written:
     folder: Path
 
     def of(self, step: str, page_folder: Path) -> Path | None:
-        """Where copies are kept of what a command writes; None where it may do more, or reads a folder."""
-        words = step.split()
+        """Where copies are kept of what a command writes.
+
+        None where it may do more, reads a folder, or is to be refused as it would overwrite a file.
+        """
+        words = [word for word in step.split() if word != OVERWRITE]
         paths = [page_folder / word for word in words]
         is_known = PLAIN.fullmatch(step) and set(words) & set(WRITES) and "--write" not in words
         if not is_known or any(path.is_dir() for path in paths):
             return None
-        read = [path.read_bytes() for path in paths if path.is_file()]
-        return self.folder / hashlib.sha256(b"\0".join([step.encode(), *read])).hexdigest()
+        writes = {page_folder / name for name in outputs(step)}
+        if any(path.exists() for path in writes) and OVERWRITE not in step.split():
+            return None
+        read = [path.read_bytes() for path in paths if path.is_file() and path not in writes]
+        return self.folder / hashlib.sha256("\0".join(words).encode() + b"\0".join(read)).hexdigest()
 
 
 def outputs(step: str) -> list[str]:
@@ -184,7 +191,11 @@ def test_a_command_on_the_same_files_is_known_again_and_no_other(written: Writte
     (tmp_path / "scene.json").write_text("one")
     second = written.of(plan, tmp_path)
     (tmp_path / "scene.json").write_text("other")
-    assert len({first, second, written.of(plan, tmp_path), written.of(f"{plan} --seed 1", tmp_path)}) == 4
+    third = written.of(plan, tmp_path)
+    assert len({first, second, third, written.of(f"{plan} --seed 1", tmp_path)}) == 4
+    assert written.of(f"{plan} --overwrite", tmp_path) == third
+    (tmp_path / "plan.json").touch()
+    assert written.of(plan, tmp_path) is None and written.of(f"{plan} --overwrite", tmp_path) is not None
     assert written.of("apc verify plan.json --write", tmp_path) is None
     assert written.of("apc check roadmap.h5 --repair", tmp_path) is None
     assert written.of("apc plan-pick --scene scene.json -o plan.json || true", tmp_path) is None
