@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -41,6 +42,7 @@ FROM_LIMITS = 0.08  # rad that joints keep from their limits where the arm is co
 TURNS = 24  # directions of the hand that are tried at a place
 ASKEW = np.array([-0.4, -0.2, 0.2, 0.4])  # rad by which a box may stand turned where it has no room otherwise
 SEEDS = 6  # of inverse kinematics, for each
+MORE_SEEDS = 40  # where none of these leads to a free way down and back
 CLUSTER_BACK = 0.12  # m before where the hand closes, from which on it feels its way to a cluster
 NEARLY_AS_FREE = (
     0.8  # share of the overhang of the best approach that is free, from which on another is as good
@@ -203,8 +205,8 @@ def plan_to_place(scene: Scene, carried: HandLoad, q: Array, held: HeldObject, s
     away = _Motion.of(scene, HandLoad(carried.hand, np.array([[LET_GO - PAST, 0.0]] * 2)), q, seed)
     away = replace(away, reserve=GIVING_WAY)
     failures, goals = Failures(), list[Array]()
-    for turns in _turns(motion, held):
-        for goal in motion.configurations(_poses_at(motion, held, turns)):
+    for n_seeds, turns in product((SEEDS, MORE_SEEDS), _turns(motion, held)):
+        for goal in motion.configurations(_poses_at(motion, held, turns), n_seeds):
             why = away.why_not_set_down(goal)
             if why is None:
                 goals.append(goal)
@@ -318,12 +320,12 @@ class _Motion:
             Reason("joint limit", "way back", f"{self.context.arm.names[joint]} at {room[joint]:.2f}")
         )
 
-    def configurations(self, poses: Sequence[Array]) -> Array:
+    def configurations(self, poses: Sequence[Array], n_seeds: int = SEEDS) -> Array:
         """Return free configurations (K, n) for poses (4, 4) of the flange, the nearest first."""
         arm, rng = self.context.arm, np.random.default_rng(self.seed)
         found = [np.empty((0, arm.n))]
         for T in poses:
-            found.append(arm.solve(T, self.state, np.vstack([self.q, arm.random_seeds(rng, SEEDS - 1)])))
+            found.append(arm.solve(T, self.state, np.vstack([self.q, arm.random_seeds(rng, n_seeds - 1)])))
         Q = np.concatenate(found)
         Q = Q[self.checker.are_valid(Q)] if len(Q) else Q
         return np.asarray(Q[np.argsort(np.linalg.norm(Q - self.q, axis=1), kind="stable")])
