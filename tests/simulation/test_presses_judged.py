@@ -119,6 +119,6 @@ def test_what_may_be_pressed_on_stands() -> None:
 
 @pytest.mark.slow
 def test_what_may_be_pressed_on_stands_whatever_it_is() -> None:
-    passed = [(seed, pressed) for seed in range(30, 430) if not (pressed := Pressed.drawn(seed)).is_refused]
-    assert len(passed) >= 50
+    passed = [(seed, pressed) for seed in range(30, 230) if not (pressed := Pressed.drawn(seed)).is_refused]
+    assert len(passed) >= 25
     assert [seed for seed, pressed in passed if falls(pressed)] == []

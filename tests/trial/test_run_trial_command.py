@@ -179,7 +179,7 @@ def test_every_plan_that_is_kept_is_accepted_for_the_scene_beside_it(tmp_path: P
     bins |= {"bin_C": ["dove_beauty_bar"], "bin_K": ["crayola_24_ct", "jane_eyre_dvd"]}
     wanted = [{"bin": "bin_C", "item": "dove_beauty_bar"}, {"bin": "bin_K", "item": "jane_eyre_dvd"}]
     order.write_text(json.dumps({"bin_contents": bins, "tote_contents": [], "work_order": wanted}))
-    played = run(order, "--seed", "5", "--plans", "-o", tmp_path / "trial")
+    played = run(order, "--seed", "5", "--perception", "noise", "--plans", "-o", tmp_path / "trial")
     assert played.exit_code == 0, played.output
     plans = sorted((tmp_path / "trial").glob("plan_*.json"))
     assert len(plans) >= 2 and f"plan_*.json, seen_*.json: {len(plans)} of each" in played.stdout
