@@ -237,7 +237,7 @@ class CommissionTruck:
         """
         n, figures, watched = round(drive.duration / PERIOD) + 1, drive.figures, drive.watched
         least = self._clearance(area, drive.poses)
-        drive = replace(drive, poses=drive.poses[:n], felt=drive.felt[:n])
+        drive = replace(drive, poses=drive.poses[:n], felt=drive.felt[: n - 1])
         self.n_collisions += least <= 0.0
         figures |= {"drive_s": drive.duration, "clearance_m": least}
         gap = min((pallet_gap(area, each, drive.poses) for each in pallets), default=np.inf)

@@ -272,10 +272,9 @@ class _View:
             yield Reason("not the same drive", "travel", f"its actions are {self._length:.6f} m long")
         if drive.n_cusps != (n := int(np.count_nonzero(np.diff(np.sign(drive.steps))))):
             yield Reason("not the same drive", "cusps", f"its actions have {n}")
-        least = self.nearest[
-            0
-        ]  # a bound from below; samples may miss the nearest point by half of their step
-        if not least - AT_END <= drive.clearance <= least + SEEN_STEP * self._reach:
+        n = int(np.ceil(self._length / SEEN_STEP)) + 1
+        least = float(self._distances(self.poses(np.linspace(0.0, self._length, n))).min())
+        if abs(least - drive.clearance) > AT_END:
             yield Reason("not the same drive", "clearance", f"it comes as near as {least:.4f} m")
 
     def _times(self, travel: Array) -> Array:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.data_path import data_path
-from support.command_line import apc
+from support.command_line import apc, refused
 
 AREA = "format: apc driving area\nversion: 1\nwalls: {low: [0, 0], high: [10, 8]}\nboxes: []\n"
 AREA += "start: {position: [2, 2], yaw: 0}\ngoal: {position: [6, 2], yaw: 0}\n"
@@ -18,7 +18,7 @@ PALLET += "cartons: [{id: a, size: [0.3, 0.2, 0.2], mass: 2, bears: 20}]\n"
 
 @pytest.mark.parametrize(
     ("name", "told"),
-    [("apple_commission", "a commission of 6 items"), ("pr2_belt_static", "a stream of ")],
+    [("apple_commission", "a commission of 6 items in apple_booth"), ("pr2_belt_static", "a stream of ")],
 )
 def test_streams_and_commissions_are_read(name: str, told: str) -> None:
     assert f"without mistakes; {told}" in apc("check", data_path() / "tasks" / f"{name}.json").out
@@ -55,6 +55,17 @@ def test_the_mistakes_of_a_commission_are_told(tmp_path: Path) -> None:
     result = apc("check", path)
     assert result.code == 3
     assert "start.yaw: expected " in result.err
+
+
+def test_what_a_cell_cannot_do_of_a_commission_is_told(tmp_path: Path) -> None:
+    """Its arm, its room and its truck are those of the cell."""
+    commission = json.loads((data_path() / "tasks/apple_commission.json").read_text())
+    commission["products"]["coke"]["cylinder"] = [0.09, 0.146]
+    path = tmp_path / "commission.json"
+    path.write_text(json.dumps(commission))
+    refused(apc("check", path), 3, path, "apple_booth cannot take coke")
+    other = apc("check", data_path() / "tasks/apple_commission.json", "--cell", "ur5e_crates")
+    refused(other, 3, "no table called load")
 
 
 def test_people_are_drawn_or_stated(tmp_path: Path) -> None:

@@ -97,8 +97,8 @@ CHANGES: tuple[tuple[Change, str], ...] = (
     (lambda d: replace(d, duration=d.duration - 0.1), "not the same drive: duration"),
     (lambda d: replace(d, length=d.length + 0.001), "not the same drive: travel"),
     (lambda d: replace(d, n_cusps=0), "not the same drive: cusps"),
-    (lambda d: replace(d, clearance=d.clearance + 0.1), "not the same drive: clearance"),
-    (lambda d: replace(d, clearance=d.clearance - 0.02), "not the same drive: clearance"),
+    (lambda d: replace(d, clearance=d.clearance + 0.001), "not the same drive: clearance"),
+    (lambda d: replace(d, clearance=d.clearance - 0.001), "not the same drive: clearance"),
     (lambda d: replace(d, poses=np.delete(d.poses, 30, axis=0)), "not the same drive: poses"),
     (lambda d: replace(d, poses=d.poses[:-5]), "not the same drive: poses"),
 )  # fmt: skip

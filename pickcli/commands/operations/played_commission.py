@@ -21,6 +21,7 @@ from pickcli.errors import InputError, TrialAbortedError
 if TYPE_CHECKING:
     from pickcli.commission.commission_job import CommissionTask
     from pickcli.commission.commission_result import CommissionResult
+    from pickcli.commission.commission_station import CommissionStation
     from pickcli.commission.commission_trial import CommissionRequest
     from pickcli.scene.scene import PoseNoise
     from pickcli.strategy.strategy_tree import Strategy
@@ -122,21 +123,37 @@ def commission_task(path: Path, options: TrialOptions) -> CommissionTask:
     Raises:
         InputError: The file cannot be read, or the cell cannot do what it says.
     """
-    from pickcli.cell.cell_file import load_workcell
-    from pickcli.commission.commission_file import read_commission
     from pickcli.commission.commission_job import CommissionTask
-    from pickcli.commission.commission_station import CommissionStation
 
-    cell = load_workcell(commission_cell(options)).preferred
-    commission = read_commission(path)
+    station = read_station(path, commission_cell(options))
     content = path.read_bytes()
-    try:
-        station = CommissionStation.of(cell, commission)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
     (context,) = options.planning_contexts([station.cell])
     digest = hashlib.sha256(content).hexdigest()
     return CommissionTask(station, path.name, content.decode("utf-8-sig"), digest, context)
+
+
+def read_station(path: Path, cell_name: str) -> CommissionStation:
+    """Read a commission and build its station in a cell.
+
+    Args:
+        path: The file.
+        cell_name: Name or folder of the cell.
+
+    Returns:
+        The station.
+
+    Raises:
+        InputError: The file cannot be read, or the cell cannot do what it says.
+    """
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.commission.commission_file import read_commission
+    from pickcli.commission.commission_station import CommissionStation
+
+    cell, commission = load_workcell(cell_name).preferred, read_commission(path)
+    try:
+        return CommissionStation.of(cell, commission)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def commission_cell(options: TrialOptions) -> str:

@@ -12,6 +12,8 @@ import click
 
 from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
+from pickcli.commands.operations.played_commission import CELL as CELL_OF_COMMISSIONS
+from pickcli.commands.operations.played_commission import read_station
 from pickcli.commands.options.arm_options import ArmRequest, open_alike, open_cell
 from pickcli.commands.options.common_options import DEFAULT_CELL, refuse_output
 from pickcli.commands.options.scene_options import open_scene
@@ -256,10 +258,9 @@ def _checked_pallet(path: Path, options: CheckOptions) -> dict[str, Any]:
 
 
 def _checked_commission(path: Path, options: CheckOptions) -> dict[str, Any]:
-    from pickcli.commission.commission_file import read_commission
-
-    n = len(read_commission(path).items)
-    return {"text": f"a commission of {n} items", "items": n}
+    station = read_station(path, options.cell_name or CELL_OF_COMMISSIONS)
+    n = len(station.commission.items)
+    return {"text": f"a commission of {n} items in {station.cell.name}", "items": n}
 
 
 def _checked_driving_area(path: Path, options: CheckOptions) -> dict[str, Any]:
