@@ -33,6 +33,8 @@ class ArmImpedance:
             world, in the last step.
         measured: (6,) m and rad, as ``wanted``, in the last step.
         felt: (3,) N with which something pushes the hand, estimated from encoders and torques.
+        is_leading: Whether it exerts what the motion of the wanted pose needs, so that the hand does not lag
+            behind; else only what it lags.
     """
 
     wrist: Wrist
@@ -42,6 +44,9 @@ class ArmImpedance:
     stretched: Array = field(default_factory=lambda: np.zeros(6))
     measured: Array = field(default_factory=lambda: np.zeros(6))
     felt: Array = field(default_factory=lambda: np.zeros(3))
+    is_leading: bool = False
+    _before: Array = field(default_factory=lambda: np.zeros(3))  # m, wanted in the last step
+    _rate: Array = field(default_factory=lambda: np.zeros(3))  # m/s of what is wanted, while it leads
 
     def hold(self, T_world_hand: Array) -> None:
         """Want a pose from now on, stiff in all directions.
@@ -50,8 +55,29 @@ class ArmImpedance:
             T_world_hand: (4, 4).
         """
         self.wanted = wrist_position(T_world_hand)
-        self.measured = self.wanted.copy()
-        self.is_level_soft = False
+        self.measured, self._before, self._rate = self.wanted.copy(), self.wanted[:3].copy(), np.zeros(3)
+        self.is_level_soft = self.is_leading = False
+
+    def lead(self, jacobian: Array, mass_matrix: Array, dt: float) -> Array:
+        """Compute the efforts that accelerate the hand as the wanted position is, and note its rate.
+
+        Called once a step, before ``efforts``. The inertia at the hand is (J M^-1 J^T)^-1 (Khatib 1987).
+
+        Args:
+            jacobian: (6, n) of the hand.
+            mass_matrix: (n, n) kg m^2 of the joints.
+            dt: s of a step.
+
+        Returns:
+            (n,) Nm, zero unless it is leading.
+        """
+        rate = (self.wanted[:3] - self._before) / dt if self.is_leading else np.zeros(3)
+        acceleration = np.append((rate - self._rate) / dt, np.zeros(3))
+        self._before, self._rate = self.wanted[:3].copy(), rate
+        if not self.is_leading:
+            return np.zeros(len(mass_matrix))
+        inertia = np.linalg.inv(jacobian @ np.linalg.solve(mass_matrix, jacobian.T))
+        return np.asarray(jacobian.T @ inertia @ acceleration)
 
     def efforts(self, T_world_hand: Array, jacobian: Array, dq: Array, gravity: Array) -> Array:
         """Compute the efforts of the arm's joints.
@@ -72,7 +98,7 @@ class ArmImpedance:
         yaw, pitch, roll = self.wanted[3:]
         turn = rotation_vector(rotation_rpy(roll, pitch, yaw) @ T_world_hand[:3, :3].T)
         off = np.concatenate([self.wanted[:3] - T_world_hand[:3, 3], turn])
-        self.stretched = K * off - D * (jacobian @ dq)
+        self.stretched = K * off - D * (jacobian @ dq - np.append(self._rate, np.zeros(3)))
         self.measured = wrist_position(T_world_hand)
         idle = dq - np.linalg.pinv(jacobian) @ (jacobian @ dq)
         return np.asarray(jacobian.T @ self.stretched - IDLE_DAMPING * idle + gravity)

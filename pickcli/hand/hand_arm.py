@@ -113,7 +113,8 @@ class HandArm:
         J = self._arm.jacobian(self.q, self._state)
         J[:3] += np.cross(J[3:].T, T_hand[:3, 3] - T_flange[:3, 3]).T
         rates = engine.joint_velocities(ROBOT, self._all)
-        efforts = self.impedance.efforts(T_hand, J, rates[self._own], gravity)
+        efforts = self.impedance.lead(J, self._M[:, self._own], engine.time_step)
+        efforts += self.impedance.efforts(T_hand, J, rates[self._own], gravity)
         efforts += limit_efforts(self._arm.limits, self.q, rates[self._own], self._inertia)
         engine.exert(ROBOT, self.joints, efforts)
         self._feel(q, rates, efforts, J)

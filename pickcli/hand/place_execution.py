@@ -5,9 +5,12 @@ Source: Krug et al., RA-L 2016, Fig. 7, placement.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from pickcli.geometry import Array
+from pickcli.hand.arm_world import ArmWorld
 from pickcli.hand.staged_execution import SETTLED, StagedExecution, StageName
 
 STANDS = 8.0  # N that the arm presses down more than before: what is held stands
@@ -20,7 +23,16 @@ RISE, RISING_TIME = 0.03, 0.5  # m and s, to come free of what is near below
 
 
 class PlaceExecution(StagedExecution):
-    """The controller that sets down what the hand holds."""
+    """The controller that sets down what the hand holds.
+
+    Args:
+        world: The world, with the hand at an arm.
+        on_step: Called after each step.
+    """
+
+    def __init__(self, world: ArmWorld, on_step: Callable[[], None] = lambda: None) -> None:
+        super().__init__(world, on_step)
+        self._arm = world.arm
 
     def place(self, deepest: float) -> None:
         """Lower, open and back off, until the end or a stop.
@@ -56,9 +68,7 @@ class PlaceExecution(StagedExecution):
     def rise(self) -> None:
         """Rise straight up by ``RISE``, until the end or a stop."""
         up = np.array([0.0, 0.0, RISE, 0.0, 0.0, 0.0])
-        self.carry_out(
-            lambda: self.stage(StageName.LIFT, lambda: self.move(self.hand.wrist.wanted + up, RISING_TIME))
-        )
+        self.carry_out(lambda: self.stage(StageName.LIFT, lambda: self._lead(up, RISING_TIME)))
 
     def _lower(self, deepest: float) -> str:
         wrist = self.hand.wrist
@@ -71,6 +81,14 @@ class PlaceExecution(StagedExecution):
         return ended_by
 
     def _back_off(self) -> str:
-        yaw, wanted = float(self.hand.wrist.wanted[3]), self.hand.wrist.wanted
-        back: Array = wanted - BACKED * np.array([np.cos(yaw), np.sin(yaw), 0.0, 0.0, 0.0, 0.0])
-        return self.move(back, BACKING_TIME)
+        yaw = float(self.hand.wrist.wanted[3])
+        return self._lead(-BACKED * np.array([np.cos(yaw), np.sin(yaw), 0.0, 0.0, 0.0, 0.0]), BACKING_TIME)
+
+    def _lead(self, way: Array, seconds: float) -> str:
+        """Move the empty hand by (6,) m and rad, without a lag: the way was proven for where it should be."""
+        impedance = self._arm.impedance
+        impedance.is_leading = True
+        try:
+            return self.move(impedance.wanted + way, seconds)
+        finally:
+            impedance.is_leading = False

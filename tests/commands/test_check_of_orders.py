@@ -60,7 +60,7 @@ def test_the_mistakes_of_a_commission_are_told(tmp_path: Path) -> None:
 def test_what_a_cell_cannot_do_of_a_commission_is_told(tmp_path: Path) -> None:
     """Its arm, its room and its truck are those of the cell."""
     commission = json.loads((data_path() / "tasks/apple_commission.json").read_text())
-    commission["products"]["coke"]["cylinder"] = [0.09, 0.146]
+    commission["products"]["coke"]["mass"] = 9.0
     path = tmp_path / "commission.json"
     path.write_text(json.dumps(commission))
     refused(apc("check", path), 3, path, "apple_booth cannot take coke")

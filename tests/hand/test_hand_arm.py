@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from pickcli.geometry import Array
+from pickcli.hand.arm_motions import GIVING_WAY
 from pickcli.hand.arm_world import ArmWorld
 from pickcli.hand.guarded_grasp import MET
 from pickcli.hand.hand_arm import ROBOT
 from pickcli.hand.hand_urdf import PALM
+from pickcli.hand.place_execution import BACKED, PlaceExecution
 from pickcli.hand.staged_execution import SETTLED, StagedExecution
 from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import PoseNoise, Scene
@@ -82,3 +84,17 @@ def test_who_begins_to_comply_forgets_what_was_felt_before(world: ArmWorld) -> N
     world.arm.comply()
     world.step()
     assert np.linalg.norm(world.arm.impedance.felt) < 0.2 * MET
+
+
+def test_a_hand_that_backs_off_is_where_it_was_proven_to_be(world: ArmWorld) -> None:
+    """What it lags behind stays below what plans keep for a compliant arm, by a margin."""
+    impedance, off = world.arm.impedance, list[float]()
+    backing = PlaceExecution(
+        world, lambda: off.append(np.abs(impedance.measured - impedance.wanted)[:3].max())
+    )
+    before = impedance.wanted[:3].copy()
+    backing.leave()
+    assert not backing.is_stopped and np.linalg.norm(impedance.measured[:3] - before) == pytest.approx(
+        BACKED, abs=2e-3
+    )
+    assert max(off) < 0.6 * GIVING_WAY
