@@ -40,7 +40,8 @@ MOST_GOALS = 24  # configurations to which a motion is sought at a time
 MOST_PLANS = 6  # that are made until one is certified
 FROM_LIMITS = 0.08  # rad that joints keep from their limits where the arm is compliant afterwards
 TURNS = 24  # directions of the hand that are tried at a place
-ASKEW = np.array([-0.4, -0.2, 0.2, 0.4])  # rad by which a box may stand turned where it has no room otherwise
+# rad by which a box may stand turned where it has no room otherwise
+ASKEW = np.array([-0.2, 0.2, -0.4, 0.4, -0.6, 0.6, np.pi / 4])
 SEEDS = 6  # of inverse kinematics, for each
 MORE_SEEDS = 40  # where none of these leads to a free way down and back
 CLUSTER_BACK = 0.12  # m before where the hand closes, from which on it feels its way to a cluster
@@ -48,7 +49,7 @@ NEARLY_AS_FREE = (
     0.8  # share of the overhang of the best approach that is free, from which on another is as good
 )
 HELD_MARGIN = 0.003  # m by which what is held is grown: it may shift in the fingers
-GIVING_WAY = 0.003  # m that a compliant arm may be off the lines on which it sets down and backs off
+GIVING_WAY = 0.002  # m that a compliant arm may be off the lines on which it sets down and backs off
 RAISED = 0.015  # m over a place to which what is held is brought by a plan
 
 
