@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,6 +20,9 @@ from pickcli.commands.options.common_options import (
 )
 from pickcli.commands.options.option_types import PATH, refuse_suffix
 from pickcli.errors import InputError
+
+if TYPE_CHECKING:
+    from pickcli.driving.driving_area import DrivingArea
 
 
 @click.command("detect-pallet", cls=Command)
@@ -62,6 +67,8 @@ def command(
     if at is not None and not np.isfinite(at).all():
         raise click.UsageError("--at: expected three finite numbers")
     area = read_driving_area(area_path)
+    if at is not None:
+        _refuse_pose(at, area)
     recording = None if recorded is None else read_recording(recorded)
     if area.pallet is None or area.camera is None:
         raise InputError(f"{area_path}: states no pallet; add where one is expected")
@@ -87,3 +94,14 @@ def command(
         f"degrees; {found.visible:.0%} of its front visible, {1e3 * found.residual:.1f} mm off its plane: "
         f"{output}"
     )
+
+
+def _refuse_pose(at: tuple[float, float, float], area: DrivingArea) -> None:
+    """Raise UsageError for a pose of the truck in other units, or outside of the walls."""
+    x, y, yaw = at
+    if abs(yaw) > 2 * math.pi:
+        raise click.UsageError(f"--at: a yaw of {yaw:g} rad; angles are in rad, not degrees")
+    (x0, y0), (x1, y1) = area.low, area.high
+    if not (x0 <= x <= x1 and y0 <= y <= y1):
+        walls = f"{x0:g} to {x1:g} m in x and {y0:g} to {y1:g} m in y"
+        raise click.UsageError(f"--at: {x:g}, {y:g} m is not within the walls, {walls}; lengths are in m")

@@ -13,7 +13,7 @@ from pickcli.commands.options.common_options import json_option, output_option, 
 from pickcli.commands.options.configuration_option import parse_configuration, start_option
 from pickcli.commands.options.option_types import FiniteRange, refuse_suffix
 from pickcli.commands.options.scene_options import open_scene, scene_options
-from pickcli.errors import NoPlanError, Reason, UnknownNameError
+from pickcli.errors import InputError, NoPlanError, Reason, UnknownNameError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,6 +68,9 @@ def command(
     path = stack_file(stack_name)
     refuse_output(output, overwrite, scene_path, cell_name, items_path, path)
     file = read_stack(path)
+    if file.model.goal != "envelope":
+        goal = f"its goal is {file.model.goal}, as of the stack that plan-pick --approach reactive runs"
+        raise InputError(f"{path}: {goal}; state goal: envelope")
     scene = open_scene(scene_path, cell_name, ArmRequest(arm, configurations=(start,), items=items_path))
     context = PlanningContext(scene.cell)
     found = ItemEnvelopes.of(context, scene, scene.find(item_name), scene.cell.robot.tool.default_state)

@@ -105,6 +105,10 @@ class StackModel(FileModel):
         if self.goal not in names:
             raise ValueError(f"expected the goal {self.goal} among the tasks, got {', '.join(names)}; add it")
         for task in (task for level in self.levels for task in level.tasks):
+            if isinstance(task, ObstacleTaskModel) and task.influence <= max(task.wanted, task.between_links):
+                raise ValueError(
+                    f"expected an influence beyond what is wanted, got {task.influence:g} m; raise it"
+                )
             gain = getattr(task, "gain", 0.0)
             if gain * self.period >= 1.0:
                 most = f"{1 / self.period:g}, at which one period overshoots"

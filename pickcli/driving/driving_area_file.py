@@ -229,6 +229,10 @@ def read_driving_area(path: Path) -> DrivingArea:
         source.add(("walls",), "low is not below high in x and y; exchange them")
     elif sides.max() > MOST_SIDE:
         source.add(("walls",), f"{sides.max():g} m from wall to wall, at most {MOST_SIDE:g} m are planned in")
+    names = [each.name for each in model.boxes]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            source.add(("boxes", i, "name"), f"{name} is the name of another box, too; change one of them")
     source.check()
     if model.goal is None and model.pallet is None:
         source.add((), "expected a goal, or a pallet that the truck drives into, got neither; add one")

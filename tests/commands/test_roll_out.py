@@ -69,6 +69,10 @@ def test_mistakes_are_told_and_nothing_is_written(table: Path, tmp_path: Path) -
         3,
         "unknown configuration 'nowhere'",
     )
+    mine.write_text(text.replace("goal: envelope", "goal: posture"))
+    refused(
+        apc("roll-out", mine, "--scene", table, "--item", ITEM, "-o", out), 3, mine, "state goal: envelope"
+    )
     assert not out.exists()
 
 

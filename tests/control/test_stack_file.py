@@ -33,6 +33,7 @@ def test_the_stack_of_the_package_is_found_by_its_name_and_states_its_levels() -
         (("kind: envelope", "kind: reach"), "envelope, joint_limits, obstacles or posture, got \"reach\""),
         (("wanted: 0.006", "wanted: -0.006"), "wanted"),
         (("wanted: 0.006, ", ""), "wanted"),
+        (("influence: 0.06", "influence: 0.001"), "an influence beyond what is wanted, got 0.001"),
         (("kind: envelope, ", ""), "envelope, joint_limits, obstacles or posture, got nothing"),
         (("gain: 3.0", "gane: 3.0"), "did you mean 'gain'"),
         (("version: 1", "version: 2"), "version"),

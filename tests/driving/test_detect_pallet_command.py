@@ -78,6 +78,20 @@ def test_a_recorded_picture_is_read_with_where_the_truck_was(dock: Path, tmp_pat
 
 
 @pytest.mark.parametrize(
+    ("at", "told"),
+    [
+        ((4.0, 3.6, 180), "angles are in rad"),
+        ((4000, 3600, 0.1), "is not within the walls"),
+        ((-1.0, 3.6, 0.1), "is not within the walls"),
+    ],
+)  # fmt: skip
+def test_a_truck_that_cannot_be_there_is_refused(
+    dock: Path, tmp_path: Path, at: tuple[float, float, float], told: str
+) -> None:
+    misused(apc("detect-pallet", dock, "--at", *at, "-o", tmp_path / "x.json"), told)
+
+
+@pytest.mark.parametrize(
     ("right", "wrong", "told"),
     [
         ("pallet: {", "camera: {sensor: carmin}\npallet: {", "camera.sensor: no sensor is named 'carmin'"),
