@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from pickcli.errors import Reason
 from pickcli.files.packed_array import packed
 from pickcli.geometry import Array, pose
 from pickcli.page.motion_parts import TIME_RESOLUTION
@@ -23,6 +26,7 @@ from pickcli.page.shape_parts import drawn_body
 from pickcli.palletizing.pallet_bodies import deck_body, wall_bodies
 from pickcli.palletizing.pallet_stack import Placement
 from pickcli.palletizing.pallet_stack_file import StackedPallet
+from pickcli.palletizing.stack_verification import verify_stack
 
 _ORIGIN = pose((0.0, 0.0, 0.0))
 _WOOD, _STEEL, _CLEAR = "#b58b5a", "#9aa4ad", 0.2
@@ -42,13 +46,14 @@ def pallet_page(stack: StackedPallet) -> PageDocument:
         The page; the world is the frame of the pallet, on its deck.
     """
     pallet, n, per_carton = stack.pallet, len(stack.placements), _ACROSS + _DOWN
+    faults = verify_stack(stack).reasons
     waiting = _waiting(stack)
     duration = max(n, 1) * per_carton
     return PageDocument(
         kind="pallet",
         title="Stacked pallet",
         subtitle=f"{n} cartons, {stack.top:.2f} m high",
-        facts=tuple(_facts(stack)),
+        facts=(*_facts(stack), _verdict(faults)),
         robot=INVISIBLE_ROBOT,
         groups=(
             PageGroup("pallet", posed(_ORIGIN), _WOOD, (drawn_body(deck_body(pallet, pallet.deck)),)),
@@ -70,7 +75,7 @@ def pallet_page(stack: StackedPallet) -> PageDocument:
             Chapter(each.carton.id, "stands", Tone.GOOD, k * per_carton, (k + 1) * per_carton, each.carton.id)
             for k, each in enumerate(stack.placements)
         ),
-        tables=tuple(_tables(stack)),
+        tables=tuple(_tables(stack, faults)),
     )  # fmt: skip
 
 
@@ -116,13 +121,20 @@ def _facts(stack: StackedPallet) -> list[Fact]:
     return facts + [Fact("left", f"{len(stack.left)} cartons", Tone.FAIR)] * bool(stack.left)
 
 
-def _tables(stack: StackedPallet) -> list[PageTable]:
+def _verdict(faults: Sequence[Reason]) -> Fact:
+    if faults:
+        return Fact("verifier", f"rejects it: {len(faults)} reasons", Tone.BAD)
+    return Fact("verifier", "accepts it", Tone.GOOD)
+
+
+def _tables(stack: StackedPallet, faults: Sequence[Reason]) -> list[PageTable]:
     rows = tuple(
         (str(k + 1), each.carton.id, f"{each.carton.mass:g}", f"{stack.loads[each.carton.id]:g}",
          ", ".join(each.rests_on) or "the deck")
         for k, each in enumerate(stack.placements)
     )  # fmt: skip
-    tables = [PageTable("In sequence", ("no.", "carton", "kg", "bears, kg", "rests on"), rows)]
+    tables = [PageTable("Rejected", ("why",), tuple((str(each),) for each in faults))] if faults else []
+    tables += [PageTable("In sequence", ("no.", "carton", "kg", "bears, kg", "rests on"), rows)]
     if stack.left:
         left = tuple((name, "; ".join(reasons)) for name, reasons in stack.left.items())
         tables.append(PageTable("Left", ("carton", "why"), left))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 from pickcli.errors import InputError
 from pickcli.files.packed_array import unpacked
+from pickcli.page.page_scene import Fact, Tone
 from pickcli.page.pallet_page import pallet_page
 from pickcli.palletizing.drop_test import DropTest
 from pickcli.palletizing.pallet_order import CONTAINERS, Carton, Pallet, PalletOrder
@@ -117,6 +119,17 @@ def test_on_its_page_every_carton_comes_down_to_its_place_after_those_before_it(
         np.testing.assert_allclose(poses[-2, :2], poses[-1, :2], atol=2e-4)  # straight down
         ended = times[-1]
     assert page.motion.duration == pytest.approx(ended, abs=1e-3)
+
+
+def test_the_page_tells_what_the_verifier_has_against_a_stack(path: Path) -> None:
+    stack = read_pallet_stack(path)
+    last = stack.placements[-1]
+    raised = replace(last, low=last.low + np.array([0.0, 0.0, 0.3]))
+    floats = pallet_page(replace(stack, placements=(*stack.placements[:-1], raised)))
+    assert Fact("verifier", "accepts it", Tone.GOOD) in pallet_page(stack).facts
+    assert any(fact.tone is Tone.BAD and "rejects it" in fact.value for fact in floats.facts)
+    (why,) = [table for table in floats.tables if table.title == "Rejected"]
+    assert any("hangs in the air" in row[0] for row in why.rows)
 
 
 def test_walls_of_a_container_are_drawn_outside_of_its_deck(tmp_path: Path) -> None:
