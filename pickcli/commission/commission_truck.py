@@ -41,8 +41,8 @@ class TruckDrive:
         name: What it was for.
         duration: s.
         poses: (T, 3) m, m, rad: true poses of the truck, ``PERIOD`` apart.
-        felt: (T, 2) m/s^2: accelerations of the pallet on the forks, in the frame of the truck; none without
-            a pallet.
+        felt: (T - 1, 2) m/s^2: accelerations of the pallet on the forks from pose to pose, in the frame of
+            the truck; none without a pallet.
         figures: Plain values by name.
         watched: What came of its watch for people; None if it was not watched.
     """

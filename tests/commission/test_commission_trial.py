@@ -109,6 +109,12 @@ def test_drives_are_on_the_clock_and_keep_away_from_everything(played: PlayedCom
         assert len(each.drive.poses) == pytest.approx(each.drive.duration / 0.02 + 1, abs=1.5)
     loaded = [len(each.drive.felt) > 0 for each in played.drives]
     assert loaded == [False, True, True, False]
+    assert all(len(each.drive.felt) in (0, len(each.drive.poses) - 1) for each in played.drives)
+    ends = {each.action: each.t_end for each in played.result.steps}
+    assert all(
+        each.t_start + each.drive.duration == pytest.approx(ends[each.drive.name])
+        for each in played.drives[1:]
+    )
     assert all(played.drives[k].drive.figures["pallet_gap_m"] > 0.0 for k in (0, 3))
 
 
